@@ -1,0 +1,33 @@
+"""What is known about robots, as rows: ids and names come in, commands, robots and risk classes come out."""
+
+from sphero_probe.catalogue.commands import (
+    BRICK_DEVICES,
+    DEVICE_NAMES,
+    NO_EMPTY_PROBE_DEVICES,
+    PERSIST_DEVICES,
+    all_rows,
+    close_names,
+    commands_of,
+    device_by_name,
+    lookup,
+    row_by_name,
+    rows_of,
+)
+from sphero_probe.catalogue.robots import ROBOTS, robot_by_prefix, robot_by_word
+
+__all__ = [
+    "BRICK_DEVICES",
+    "DEVICE_NAMES",
+    "NO_EMPTY_PROBE_DEVICES",
+    "PERSIST_DEVICES",
+    "ROBOTS",
+    "all_rows",
+    "close_names",
+    "commands_of",
+    "device_by_name",
+    "lookup",
+    "robot_by_prefix",
+    "robot_by_word",
+    "row_by_name",
+    "rows_of",
+]

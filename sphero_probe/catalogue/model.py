@@ -1,0 +1,121 @@
+"""The shapes of what is known: command rows, robots, LED tables. The rows themselves live in ``rows_*``."""
+
+from enum import Enum
+from typing import NamedTuple
+
+from sphero_probe.catalogue.layout import Layout
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.protocol.packets import Generation
+
+
+class Kind(Enum):
+    """What a DID/CID pair carries."""
+
+    COMMAND = "command"
+    NOTIFICATION = "notification"
+
+
+class CommandRow(NamedTuple):
+    """One DID/CID pair, as one family of robots understands it.
+
+    Attributes:
+        generation: the protocol it belongs to.
+        did: device id.
+        cid: command id.
+        name: dotted name, ``power.get_battery_percentage``.
+        kind: command or notification.
+        risk: the class of executing it.
+        request: the layout of its argument bytes, None where unknown.
+        response: the layout of its answer (of the notification's payload), None where unknown.
+        nodes: robot key -> node numbers that serve it there; an empty tuple where the node is not known.
+        sources: where it is known from: ``spherov2``, ``sdk``, ``pysphero``, ``capture``, ``reference``;
+            ``assumed`` where one of the robots is listed only because its relatives are.
+        aliases: the names other sources use, without the device name.
+        sample: argument bytes with which a sweep asks a read; None: zeros of the request's length.
+        note: one remark for ``explain``, or empty.
+    """
+
+    generation: Generation
+    did: int
+    cid: int
+    name: str
+    kind: Kind
+    risk: Risk
+    request: Layout | None
+    response: Layout | None
+    nodes: dict[str, tuple[int, ...]]
+    sources: tuple[str, ...]
+    aliases: tuple[str, ...] = ()
+    sample: bytes | None = None
+    note: str = ""
+
+
+class LedGroup(NamedTuple):
+    """One lamp as a person sees it.
+
+    Attributes:
+        name: ``front``, ``back``, ``left_headlight``…
+        bits: its channel numbers in the mask: three for red, green, blue; one for a single brightness.
+        aliases: other names that mean this lamp; several lamps may share one (``front``: both headlights).
+    """
+
+    name: str
+    bits: tuple[int, ...]
+    aliases: tuple[str, ...] = ()
+
+
+class LedTable(NamedTuple):
+    """How a robot's lamps are set: one command whose mask selects channels, values in rising bit order.
+
+    Attributes:
+        did: device id of the command.
+        cid: command id.
+        mask_bytes: width of the mask in bytes (1, 2, 4 or 8), big-endian.
+        node: the node that serves it, None to leave addresses out.
+        groups: the lamps.
+    """
+
+    did: int
+    cid: int
+    mask_bytes: int
+    node: int | None
+    groups: tuple[LedGroup, ...]
+
+
+class AnswerStyle(Enum):
+    """Which addresses a robot puts into its responses [real captures; PROTOCOL: robots drop either]."""
+
+    SWAPPED = "swapped"
+    """Both, from the robot's point of view: target = the client with its port, source = the node."""
+    SOURCE_ONLY = "source only"
+    NONE = "none"
+
+
+class Robot(NamedTuple):
+    """One model.
+
+    Attributes:
+        key: what people type: ``bolt-plus``.
+        name: what it is called: ``Sphero BOLT+``.
+        generation: its protocol.
+        prefix: of the advertised name, ``BP-``; empty where it has none.
+        nodes: node number -> name, ``{1: "primary"}``.
+        addressed: put target and source into commands by default.
+        answer_style: the addresses of its responses.
+        handshake: an anti-DoS phrase is written before anything else works.
+        leds: its lamps, None where no table is known.
+        sku: as ``get_sku`` and friends tell it; serves the simulator.
+        aliases: further words that mean this robot in an address.
+    """
+
+    key: str
+    name: str
+    generation: Generation
+    prefix: str
+    nodes: dict[int, str]
+    addressed: bool
+    answer_style: AnswerStyle
+    handshake: bool
+    leds: LedTable | None
+    sku: str = ""
+    aliases: tuple[str, ...] = ()
