@@ -1,0 +1,74 @@
+"""How robots of a generation address what they say: requests come in, responses and notifications go out."""
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue.model import AnswerStyle
+from sphero_probe.protocol.packets import Generation, Notification, Request, Response, Verdict
+from sphero_probe.protocol.v2 import FLAG_ACTIVITY, FLAG_ANSWER, FLAG_ONLY_ERRORS, V2
+
+_BEHIND_UART: Final = 2
+"""Where a robot sees a client whose target byte has port 0 [real, RVR: command to 01, answer to 21]."""
+_FIRST_CLIENT: Final = 1
+"""The node a client has when it does not say."""
+
+
+class Manners(NamedTuple):
+    """What a generation does around a command, whatever the command.
+
+    Attributes:
+        node_wanted: request -> the node it is meant for, 0 for whoever can serve it.
+        objection: request -> why it is refused before anybody looks at the command, None when it is not.
+        is_answered: request, whether it went well -> whether a response is sent.
+        respond: request, style, node that serves, code, payload -> the response.
+        notify: style, node that speaks, (did, cid), payload -> the notification.
+    """
+
+    node_wanted: Callable[[Request], int]
+    objection: Callable[[Request], Verdict | None]
+    is_answered: Callable[[Request, bool], bool]
+    respond: Callable[[Request, AnswerStyle, int, int, bytes], Response]
+    notify: Callable[[AnswerStyle, int, tuple[int, int], bytes], Notification]
+
+
+def _node_wanted(request: Request) -> int:
+    return (request.command.target or 0) & 0x0F
+
+
+def _objection(request: Request) -> Verdict | None:
+    """Bit 2 is valid only together with bit 1 [vendor]."""
+    alone = request.flags & (FLAG_ANSWER | FLAG_ONLY_ERRORS) == FLAG_ONLY_ERRORS
+    return Verdict.FAILED if alone else None
+
+
+def _is_answered(request: Request, well: bool) -> bool:
+    if request.wants_answer or _objection(request):
+        return True
+    return bool(request.flags & FLAG_ANSWER) and not well
+
+
+def _respond(request: Request, style: AnswerStyle, node: int, code: int, payload: bytes) -> Response:
+    command = request.command
+    target: int | None = None
+    source: int | None = None
+    if style is AnswerStyle.SOURCE_ONLY:
+        source = node
+    elif style is AnswerStyle.SWAPPED:
+        port = (command.target or 0) >> 4 or _BEHIND_UART
+        if command.target is not None or request.source is not None:
+            source = node
+        if request.source is not None:
+            target = port << 4 | (request.source & 0x0F or _FIRST_CLIENT)
+    activity = request.flags & FLAG_ACTIVITY
+    return Response(request.seq, code, payload, command.did, command.cid, source, target, activity)
+
+
+def _notify(style: AnswerStyle, node: int, pair: tuple[int, int], payload: bytes) -> Notification:
+    source = None if style is AnswerStyle.NONE else node
+    return Notification(*pair, payload, source, flags=FLAG_ACTIVITY)
+
+
+MANNERS: Final[dict[Generation, Manners]] = {
+    V2.generation: Manners(_node_wanted, _objection, _is_answered, _respond, _notify)
+}
+"""The generations that a fake robot can speak."""

@@ -1,0 +1,84 @@
+"""What a robot remembers: settings come in, its state goes out and changes with every executed command."""
+
+from typing import TYPE_CHECKING, Final
+
+from sphero_probe.catalogue.layout import Layout
+from sphero_probe.catalogue.model import LedTable
+from sphero_probe.simulator.firmware import Firmware
+from sphero_probe.simulator.readings import Readings
+from sphero_probe.simulator.settings import Settings
+
+if TYPE_CHECKING:
+    from sphero_probe.simulator.streaming import Stream
+
+Key = tuple[int, int, int]
+"""Node, device id, command id."""
+
+_COLOURS: Final = ("red", "green", "blue")
+_SETTER_NAMES: Final = (("get_", "", "set_"), ("get_", "", "enable_"), ("get_", "_enabled", "enable_"))
+"""How a getter is called before and behind its subject, and its setter before it."""
+
+
+class State:
+    """The memory of one robot.
+
+    Attributes:
+        model: what it is.
+        seed: of its settings.
+        strict: how it checks lengths, also where they depend on the payload.
+        firmware: its commands.
+        readings: its answers to reads.
+        leds: channel -> brightness 0-255; ``front_red`` for a lamp of three channels, ``head`` for one.
+        channels: bit of the LED mask -> name of the channel.
+        memory: (node, did, cid) -> the last payload of every executed command but reads.
+        setters: key of a getter -> key of the setter whose payload it answers.
+        frames: numbers of the saved animation frames.
+        stream: the running sensor stream, or None.
+        asleep: hears nothing but wake.
+        off: in deep sleep, hears nothing any more.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.model = settings.model
+        self.seed = settings.seed
+        self.strict = settings.strict
+        self.firmware = Firmware(settings)
+        self.readings = Readings(settings.model, settings.seed)
+        self.channels = _channels(settings.model.leds)
+        self.leds = dict.fromkeys(self.channels.values(), 0)
+        self.memory: dict[Key, bytes] = {}
+        self.setters = _setters(self.firmware)
+        self.frames: set[int] = set()
+        self.stream: Stream | None = None
+        self.asleep = False
+        self.off = False
+
+
+def _channels(table: LedTable | None) -> dict[int, str]:
+    if table is None:
+        return {}
+    return {
+        bit: f"{group.name}_{colour}" if len(group.bits) == len(_COLOURS) else group.name
+        for group in table.groups
+        for bit, colour in zip(group.bits, _COLOURS, strict=False)
+    }
+
+
+def _setters(firmware: Firmware) -> dict[Key, Key]:
+    """Find the setter of every getter: names that pair up on one node, and layouts of the same shape."""
+    rows = {key: command.row for key, command in firmware.commands.items() if command.row}
+    by_name = {(key[0], row.name): key for key, row in rows.items()}
+    found: dict[Key, Key] = {}
+    for key, row in rows.items():
+        device, _, name = row.name.rpartition(".")
+        for before, behind, setter_before in _SETTER_NAMES:
+            if name.startswith(before) and name.endswith(behind):
+                subject = name.removeprefix(before).removesuffix(behind)
+                setter = by_name.get((key[0], f"{device}.{setter_before}{subject}"))
+                if setter and row.response and _shape(rows[setter].request) == _shape(row.response):
+                    found.setdefault(key, setter)
+    return found
+
+
+def _shape(layout: Layout | None) -> list[tuple[str, int | None]] | None:
+    return None if layout is None else [(field.type, field.count) for field in layout.fields]
