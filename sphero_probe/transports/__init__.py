@@ -1,0 +1,1 @@
+"""Byte pipes to robots, each opened from one string."""

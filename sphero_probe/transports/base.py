@@ -1,0 +1,73 @@
+"""The seam below the link: a byte pipe to a robot, and what opening one tells."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.protocol.packets import Generation
+
+
+class Transport(Protocol):
+    """A byte pipe; its lifetime belongs to the context manager that opened it."""
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        ...
+
+    async def read(self) -> bytes:
+        """Wait for bytes; ``b""`` once the robot is gone."""
+        ...
+
+
+class Connection(NamedTuple):
+    """An open pipe and what is known about the other end.
+
+    Attributes:
+        transport: the pipe.
+        generation: the protocol that the robot's services speak.
+        robot: the model, None where nothing tells it.
+        name: the advertised name, or the address where it has none.
+        address: where it was reached, as ``--device`` takes it.
+        port: the port nibble of target addresses on this kind of line (BLE 1, serial 0).
+    """
+
+    transport: Transport
+    generation: Generation
+    robot: Robot | None
+    name: str
+    address: str
+    port: int = 1
+
+
+class Seen(NamedTuple):
+    """A robot heard in a scan.
+
+    Attributes:
+        name: as advertised; a stranger's text.
+        robot: the model that the prefix tells, None for an unknown one.
+        address: MAC address, or an opaque identifier on macOS.
+        rssi: signal strength in dBm.
+    """
+
+    name: str
+    robot: Robot | None
+    address: str
+    rssi: int
+
+
+class OpenOptions(NamedTuple):
+    """What a person may say about connecting.
+
+    Attributes:
+        timeout: seconds for scanning, and again for each step of connecting.
+        adapter: the Bluetooth adapter, ``hci1``; empty for the system's choice.
+        on_step: told the name of each step as it begins.
+    """
+
+    timeout: float = 10.0
+    adapter: str = ""
+    on_step: Callable[[str], None] = lambda _: None

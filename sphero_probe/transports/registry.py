@@ -1,0 +1,88 @@
+"""Addresses in, open connections out: which scheme is opened by which module."""
+
+import re
+from contextlib import AbstractAsyncContextManager
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Final, NamedTuple
+
+from sphero_probe.errors import UsageError
+from sphero_probe.transports.base import Connection, OpenOptions, Seen
+
+SCHEMES: Final[dict[str, str]] = {
+    "ble": "sphero_probe.transports.ble",
+    "fake": "sphero_probe.transports.fake",
+}
+"""Scheme of an address -> module with ``open_connection(rest, options)``; imported when it is opened."""
+
+_SCHEME = re.compile(r"([a-z]+):(.*)", re.DOTALL)
+_MAC = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
+
+
+class DeviceAddress(NamedTuple):
+    """A robot's address, taken apart.
+
+    Attributes:
+        scheme: how to reach it, a key of ``SCHEMES``.
+        rest: what the scheme's module understands.
+    """
+
+    scheme: str
+    rest: str
+
+    def __str__(self) -> str:
+        """Write it as ``--device`` takes it."""
+        return f"{self.scheme}:{self.rest}"
+
+
+def parse_address(text: str) -> DeviceAddress:
+    """Return the address that a person wrote; a name or MAC alone means Bluetooth.
+
+    Raises:
+        UsageError: empty, or a scheme that no module opens.
+    """
+    text = text.strip()
+    if not text:
+        raise UsageError("empty device address", "try --device fake:bolt-plus")
+    match = _SCHEME.fullmatch(text)
+    if match is None or _MAC.fullmatch(text):
+        return DeviceAddress("ble", text)
+    scheme, rest = match.groups()
+    if scheme not in SCHEMES:
+        close = get_close_matches(scheme, SCHEMES, n=1)
+        raise UsageError(
+            f"unknown kind of device address '{scheme}:'",
+            f"did you mean '{close[0]}:'?" if close else f"known: {', '.join(f'{s}:' for s in SCHEMES)}",
+        )
+    if not rest:
+        raise UsageError(f"'{scheme}:' names no robot", f"try --device {scheme}:…, or fake:bolt-plus")
+    return DeviceAddress(scheme, rest)
+
+
+def open_transport(
+    address: DeviceAddress, options: OpenOptions | None = None
+) -> AbstractAsyncContextManager[Connection]:
+    """Return a context manager that connects, and closes on leaving.
+
+    Raises:
+        SpheroProbeError: on entering, when the robot cannot be reached.
+    """
+    module = import_module(SCHEMES[address.scheme])
+    opened: AbstractAsyncContextManager[Connection] = module.open_connection(
+        address.rest, options or OpenOptions()
+    )
+    return opened
+
+
+async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
+    """Return the robots nearby, strongest first.
+
+    Args:
+        options: time and adapter.
+        everything: also what is no Sphero.
+
+    Raises:
+        UnavailableError: no Bluetooth here.
+    """
+    seen: list[Seen] = await import_module(SCHEMES["ble"]).scan(options, everything=everything)
+    return seen
