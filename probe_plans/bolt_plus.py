@@ -1,0 +1,35 @@
+"""Every candidate of the BOLT+ reference: what is said to work, and the BOLT's matrix on both nodes.
+
+The BOLT+ has no node 0x12; a matrix command sent there should come back with 0x09, bad target id. Nothing
+here moves or lights anything: setters are asked at a length that they do not take.
+"""
+
+from sphero_probe.probing.plan import Plan, Probe
+from sphero_probe.protocol.packets import Command
+
+PRIMARY, SECONDARY = 0x11, 0x12
+
+READS = [
+    (0x11, 0x00),  # main application version
+    (0x11, 0x03),  # board revision
+    (0x13, 0x03),  # battery voltage
+    (0x13, 0x10),  # battery percentage
+]
+MOTORS = [
+    (0x16, 0x01),  # raw motors
+    (0x16, 0x07),  # drive with heading
+]
+LEDS = Command(0x1A, 0x1C, b"", PRIMARY)  # front and back, 8-bit mask
+MATRIX = [0x2F, 0x2D, 0x3B, 0x42, 0x3E, 0x3D]  # one colour, pixel, text, character, fill, line
+
+PLAN = Plan(
+    name="bolt_plus",
+    summary="every candidate of the BOLT+ reference, matrix commands on both nodes",
+    robots=("bolt-plus",),
+    stages=[
+        [Probe(Command(did, cid, b"", PRIMARY)) for did, cid in READS],
+        [Probe(Command(did, cid, b"", PRIMARY)) for did, cid in MOTORS],
+        [Probe(LEDS)],
+        [Probe(Command(0x1A, cid, b"", node)) for node in (PRIMARY, SECONDARY) for cid in MATRIX],
+    ],
+)

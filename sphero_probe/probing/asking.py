@@ -1,0 +1,194 @@
+"""One probe at a time: a probe in, made ready by catalogue and calibration; how asking it ended out."""
+
+import asyncio
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue import lookup, row_by_name
+from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
+from sphero_probe.link.guard import WRONG_LENGTH, Consent
+from sphero_probe.link.link import Link
+from sphero_probe.probing.calibration import Calibration, Profile, Strictness
+from sphero_probe.probing.plan import Probe
+from sphero_probe.protocol.packets import Command, Verdict
+
+ATTEMPTS: Final = 3
+"""How often what nobody answers is asked before it is called silent; repetitions go alone."""
+BUSY_ATTEMPTS: Final = 5
+BUSY_PAUSE: Final = 0.1
+"""Seconds before a busy robot is asked again; doubled each time."""
+WAKE: Final = "power.wake"
+VERSION: Final = "system_info.get_main_app_version"
+
+
+class Asked(NamedTuple):
+    """A probe made ready.
+
+    Attributes:
+        number: its place in the run, from 1.
+        command: with node and payload filled in.
+        risk: the class of sending it.
+        knowledge: the catalogue's row for this robot, None where there is none.
+        barred: why it must not be sent, empty when it may.
+    """
+
+    number: int
+    command: Command
+    risk: Risk
+    knowledge: CommandRow | None
+    barred: str
+
+
+class Tried(NamedTuple):
+    """How asking a probe ended, and how often it went out for that."""
+
+    exchange: Exchange
+    attempts: int
+
+
+class Asker:
+    """Asks one robot over one link.
+
+    Attributes:
+        profiles: node -> what calibration measured on it.
+    """
+
+    def __init__(self, link: Link, target: int | None) -> None:
+        self.profiles: dict[int | None, Profile] = {}
+        self._link = link
+        self._target = target
+
+    def masks(self, target: int | None) -> bool:
+        """Whether this node was found to refuse lengths even where no command exists."""
+        profile = self.profiles.get(target)
+        return profile is not None and profile.strictness is Strictness.MASKING
+
+    async def prepare(self, number: int, probe: Probe) -> tuple[Asked, Profile | None]:
+        """Fill in node and payload; calibrate the node first when the probe needs that.
+
+        Returns:
+            The probe, and the profile if one was measured just now.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        guard = self._link.guard
+        command, row = self._complete(probe)
+        measured = None
+        if self._needs_profile(command):
+            measured = await Calibration(self._link, command.target).measure()
+            self.profiles[command.target] = measured
+        barred = guard.why_not(command) or ""
+        return Asked(number, command, guard.assess(command).risk, row, barred), measured
+
+    async def calibrate_for(self, probes: Iterable[Probe]) -> list[Profile]:
+        """Measure every node that one of these probes needs measured; return the profiles.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        measured: list[Profile] = []
+        for probe in probes:
+            command, _ = self._complete(probe)
+            if self._needs_profile(command):
+                self.profiles[command.target] = await Calibration(self._link, command.target).measure()
+                measured.append(self.profiles[command.target])
+        return measured
+
+    def _complete(self, probe: Probe) -> tuple[Command, CommandRow | None]:
+        """Fill in node and payload; return the command and what is known of it."""
+        guard = self._link.guard
+        command = probe.command
+        if command.target is None:
+            command = command._replace(target=self._target)
+        row = lookup(self._link.codec.generation, command.did, command.cid, guard.robot)
+        if not probe.exact and not command.payload:
+            command = command._replace(payload=payload_for(row, guard.consent))
+        return command, row
+
+    def _needs_profile(self, command: Command) -> bool:
+        """Whether how this node treats lengths matters for the command, and is not yet known."""
+        guard = self._link.guard
+        by_length = guard.assess(command).risk is Risk.PROBE or guard.hinges_on_length_check(command)
+        return by_length and command.target not in self.profiles
+
+    async def ask(self, asked: Asked, *, alone: bool = False) -> Tried:
+        """Ask one probe; a busy robot is asked again after a pause, a sleeping node is woken once.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        if asked.barred:
+            return Tried(Refused(asked.command, asked.risk, asked.barred), 0)
+        woken = False
+        pause = BUSY_PAUSE
+        attempt = 0
+        while True:
+            attempt += 1
+            exchange = await self._link.ask(asked.command, alone=alone)
+            if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
+                return Tried(exchange, attempt)
+            verdict = self._link.codec.verdict(exchange.response.code)
+            if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
+                woken = True
+                await self.read(WAKE, asked.command.target)
+            elif verdict is Verdict.BUSY:
+                await asyncio.sleep(pause)
+                pause *= 2
+            else:
+                return Tried(exchange, attempt)
+
+    async def read(self, name: str, target: int | None) -> Exchange | None:
+        """Ask a documented read by its name; None where the generation has none of that name.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        row = row_by_name(self._link.codec.generation, name)
+        if row is None:
+            return None
+        command = Command(row.did, row.cid, b"", target)
+        for _ in range(ATTEMPTS - 1):
+            exchange = await self._link.ask(command, alone=True)
+            if not isinstance(exchange, Silent):
+                return exchange
+        return await self._link.ask(command, alone=True)
+
+    async def identify(self) -> dict[str, str]:
+        """Wake the robot and read its firmware version, per node name.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        await self.read(WAKE, self._target)
+        robot = self._link.guard.robot
+        nodes = robot.nodes if robot and self._target is not None else {0: "robot"}
+        versions: dict[str, str] = {}
+        row = row_by_name(self._link.codec.generation, VERSION)
+        for node, name in nodes.items():
+            target = None if self._target is None else self._target & 0xF0 | node
+            exchange = await self.read(VERSION, target)
+            if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
+                fields = row.response.decode(exchange.response.payload).fields
+                versions[name] = ".".join(str(part) for part in fields.values())
+        return versions
+
+
+def payload_for(row: CommandRow | None, consent: Consent) -> bytes:
+    """Return what to send where a plan leaves it open: the allowed properly, the rest at a wrong length.
+
+    Args:
+        row: what is known of the pair, None where nothing is.
+        consent: what was allowed.
+    """
+    if row is None or row.kind is Kind.NOTIFICATION:
+        return bytes(WRONG_LENGTH)
+    if row.risk is Risk.READ or row.risk in consent.allowed:
+        if row.sample is not None:
+            return row.sample
+        return row.request.zeros() if row.request else b""
+    if row.risk is Risk.WRITE and row.request and row.request.accepts(WRONG_LENGTH):
+        return b""  # too short for a command that takes any length from some minimum on
+    return bytes(WRONG_LENGTH)

@@ -1,0 +1,172 @@
+"""How strictly a node checks lengths, measured: a link and a node in, a strictness profile out.
+
+A wrong-length probe is harmless only where the firmware refuses the length before it executes. So documented
+reads are asked with surplus bytes first: at worst a read runs. Only a node that refused them all is asked
+about pairs that cannot exist, and only what it called absent is asked again at other lengths.
+"""
+
+from enum import StrEnum
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue import all_rows, commands_of
+from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered
+from sphero_probe.link.guard import WRONG_LENGTH
+from sphero_probe.link.link import Link
+from sphero_probe.protocol.packets import Command, Verdict
+
+_READS_WANTED: Final = 3
+_READS_TRIED: Final = 8
+_ABSENT_DEVICES: Final = (0xEE, 0xED, 0xEC)
+"""Device ids far from any that a robot is known to have."""
+_ABSENT_COMMANDS: Final = (0xFD, 0xFC, 0xFB)
+"""Command ids far from any that a device is known to have."""
+_LENGTHS: Final = (WRONG_LENGTH, 40, 0)
+_GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)
+
+
+class Strictness(StrEnum):
+    """How a node treats a length that a command does not take."""
+
+    STRICT = "strict"
+    """Refused with "bad length", only where the command exists."""
+    MASKING = "masking"
+    """Refused with "bad length" even where no command exists: existence is only "maybe"."""
+    LENIENT = "lenient"
+    """Surplus bytes are ignored and the command runs: wrong-length probing is off."""
+    NO_NODE = "no such node"
+    """Every read is answered with "bad target id": nothing is there that could execute anything."""
+    UNKNOWN = "unknown"
+    """It could not be measured: wrong-length probing is off."""
+
+
+class Step(NamedTuple):
+    """One calibration probe and what came of it.
+
+    Attributes:
+        command: what was asked.
+        wanted: what a strict node says.
+        said: what this node said, in words.
+    """
+
+    command: Command
+    wanted: str
+    said: str
+
+
+class Profile(NamedTuple):
+    """What calibration found on one node.
+
+    Attributes:
+        target: the node's address byte, None where addresses are left out.
+        strictness: the conclusion.
+        why: one line.
+        steps: the evidence.
+    """
+
+    target: int | None
+    strictness: Strictness
+    why: str
+    steps: tuple[Step, ...]
+
+
+class Calibration:
+    """Measures one node over a link; the guard learns what was measured."""
+
+    def __init__(self, link: Link, target: int | None) -> None:
+        self._link = link
+        self._target = target
+        self._steps: list[Step] = []
+        self._last: Verdict | None = None
+        self._verdicts: set[Verdict | None] = set()
+
+    async def measure(self) -> Profile:
+        """Ask the calibration probes and conclude.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        guard = self._link.guard
+        reads = await self._reads_that_answer()
+        if not reads and self._verdicts == {Verdict.NO_TARGET}:
+            guard.trust_length_check(self._target)
+            return self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
+        if not reads:
+            return self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
+        for row in reads:
+            said = await self._ask(Command(row.did, row.cid, bytes(WRONG_LENGTH)), "bad data length")
+            if said is Verdict.OK:
+                return self._conclude(Strictness.LENIENT, f"{row.name} runs with surplus bytes")
+            if said is not Verdict.BAD_LENGTH:
+                return self._conclude(
+                    Strictness.UNKNOWN, f"{row.name} with surplus bytes is not refused as such"
+                )
+        guard.trust_length_check(self._target)
+        strictness, why = await self._absent_pairs(reads[0].did)
+        if strictness not in (Strictness.STRICT, Strictness.MASKING):
+            guard.distrust_length_check(self._target)
+        return self._conclude(strictness, why)
+
+    async def _reads_that_answer(self) -> list[CommandRow]:
+        robot = self._link.guard.robot
+        rows = commands_of(robot) if robot else all_rows(self._link.codec.generation)
+        found: list[CommandRow] = []
+        tried = 0
+        for row in sorted(rows, key=lambda row: not row.response or not row.response.fixed_length):
+            if len(found) == _READS_WANTED or tried == _READS_TRIED:
+                break
+            if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text:
+                tried += 1
+                if await self._ask(Command(row.did, row.cid), "success") is Verdict.OK:
+                    found.append(row)
+        return found
+
+    async def _absent_pairs(self, did: int) -> tuple[Strictness, str]:
+        device = await self._find_absent([Command(did, 0) for did in _ABSENT_DEVICES], Verdict.NO_DEVICE)
+        command = await self._find_absent([Command(did, cid) for cid in _ABSENT_COMMANDS], Verdict.NO_COMMAND)
+        if device is None:
+            return Strictness.UNKNOWN, "no device id is called bad"
+        if command is None:
+            if self._last is Verdict.BAD_LENGTH:
+                return Strictness.MASKING, "a wrong length is refused even where no command exists"
+            return Strictness.UNKNOWN, "no command id is called bad"
+        for pair in (device, command):
+            for length in _LENGTHS[1:]:
+                said = await self._ask(pair._replace(payload=bytes(length)), "absent")
+                if said is Verdict.BAD_LENGTH:
+                    return Strictness.MASKING, f"{length} bytes are refused even where no command exists"
+                if said not in _GONE:
+                    return Strictness.UNKNOWN, f"an absent command answers {length} bytes differently"
+        return Strictness.STRICT, "surplus bytes are refused, and only where a command exists"
+
+    async def _find_absent(self, candidates: list[Command], wanted: Verdict) -> Command | None:
+        """Return the first candidate that the node calls absent; the guard may then let any length to it."""
+        for candidate in candidates:
+            if await self._ask(candidate._replace(payload=bytes(WRONG_LENGTH)), wanted.value) is wanted:
+                absent = candidate._replace(target=self._target)
+                self._link.guard.take_as_absent(absent)
+                return absent
+        return None
+
+    async def _ask(self, command: Command, wanted: str) -> Verdict | None:
+        """Ask up to three times, alone; None when nothing answers or the guard withholds it."""
+        codec = self._link.codec
+        for _ in range(3):
+            exchange = await self._link.ask(command._replace(target=self._target), alone=True)
+            if isinstance(exchange, Answered):
+                verdict = codec.verdict(exchange.response.code)
+                if verdict is Verdict.BUSY:
+                    continue
+                self._steps.append(Step(exchange.command, wanted, codec.code_name(exchange.response.code)))
+                return self._note(verdict)
+        self._steps.append(Step(command, wanted, "no answer"))
+        return self._note(None)
+
+    def _note(self, verdict: Verdict | None) -> Verdict | None:
+        self._last = verdict
+        self._verdicts.add(verdict)
+        return verdict
+
+    def _conclude(self, strictness: Strictness, why: str) -> Profile:
+        return Profile(self._target, strictness, why, tuple(self._steps))

@@ -1,0 +1,113 @@
+"""What a run brings to light: a heading, one finding per probe, remarks, and a summary."""
+
+from enum import StrEnum
+from typing import NamedTuple
+
+from sphero_probe.catalogue.model import CommandRow
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Exchange
+from sphero_probe.protocol.packets import Command
+
+
+class Outcome(StrEnum):
+    """The word a probe ends in."""
+
+    EXISTS = "exists"
+    ABSENT = "absent"
+    SILENT = "silent"
+    SKIPPED = "skipped"
+    INCONCLUSIVE = "inconclusive"
+
+
+class Confidence(StrEnum):
+    """How far the word can be trusted."""
+
+    CERTAIN = "certain"
+    MAYBE = "maybe"
+
+
+class Finding(NamedTuple):
+    """The result of one probe.
+
+    Attributes:
+        number: place of the probe in the run, from 1.
+        command: what was (or was to be) asked.
+        outcome: the judgement.
+        confidence: of the judgement.
+        risk: the class of the command with this payload.
+        exchange: how asking ended.
+        knowledge: the catalogue's row for this robot, None where no catalogue knows the pair.
+        code_name: the answer's code in words of its generation, empty without an answer.
+        attempts: how often it was sent.
+        note: one remark, or empty.
+    """
+
+    number: int
+    command: Command
+    outcome: Outcome
+    confidence: Confidence
+    risk: Risk
+    exchange: Exchange
+    knowledge: CommandRow | None
+    code_name: str = ""
+    attempts: int = 0
+    note: str = ""
+
+
+class Note(NamedTuple):
+    """Something seen besides: a notification, a late answer, a malformed frame, a step of the run.
+
+    Attributes:
+        kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``run``.
+        text: one line for people.
+        data: JSON-able details; bytes as hex strings.
+    """
+
+    kind: str
+    text: str
+    data: dict[str, object]
+
+
+class Heading(NamedTuple):
+    """Who was asked, with what, by whose leave.
+
+    Attributes:
+        robot: the model's key, ``bolt-plus``.
+        model: the model's name.
+        device: the advertised name or the address that was given.
+        firmware: node name -> version text, as far as the robot told.
+        plan: the plan's name.
+        tool_version: of sphero-probe.
+        consent: the allowed risk classes, by name.
+        strictness: node name -> what calibration measured, empty where it did not run.
+        started: RFC 3339 UTC.
+    """
+
+    robot: str
+    model: str
+    device: str
+    firmware: dict[str, str]
+    plan: str
+    tool_version: str
+    consent: tuple[str, ...]
+    strictness: dict[str, str]
+    started: str
+
+
+class Summary(NamedTuple):
+    """The end of a run.
+
+    Attributes:
+        counts: outcome -> number of findings.
+        seconds: how long it took.
+        probes_sent: frames sent for probes, repetitions included.
+        complete: False when it was stopped early.
+    """
+
+    counts: dict[Outcome, int]
+    seconds: float
+    probes_sent: int
+    complete: bool = True
+
+
+Record = Heading | Finding | Note | Summary

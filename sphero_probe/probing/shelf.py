@@ -1,0 +1,40 @@
+"""The plans that come with the tool: a name goes in, the plan's file comes out."""
+
+from pathlib import Path
+from typing import Final
+
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.probing.plan import Plan, load_plan
+
+_PACKAGE: Final = Path(__file__).resolve().parent.parent
+
+
+def shelf() -> Path:
+    """Return the folder of the plans: inside the installed package, or beside it in a checkout."""
+    installed = _PACKAGE / "probe_plans"
+    return installed if installed.is_dir() else _PACKAGE.parent / "probe_plans"
+
+
+def plan_files() -> list[Path]:
+    """Return the files of the plans that come with the tool, by name."""
+    return sorted(path for path in shelf().glob("*.py") if not path.name.startswith("_"))
+
+
+def find_plan(text: str) -> Plan:
+    """Load the plan of this file, or the one of this name that comes with the tool.
+
+    Raises:
+        BadInputFileError: there is none, or it is broken.
+    """
+    path = Path(text)
+    if not path.is_file():
+        shipped = {file.stem: file for file in plan_files()}
+        by_name = shipped.get(path.stem)
+        if (
+            by_name is None
+            or (path.suffix not in ("", ".py"))
+            or (path.parent.name not in ("", shelf().name))
+        ):
+            raise BadInputFileError(f"{text}: no such plan", f"there are: {', '.join(shipped)}")
+        path = by_name
+    return load_plan(path)

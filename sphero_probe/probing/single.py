@@ -1,0 +1,47 @@
+"""One command by itself: a command in, its finding out, without calling on the robot first."""
+
+from sphero_probe.catalogue import row_by_name
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Silent
+from sphero_probe.link.link import Link
+from sphero_probe.probing.asking import ATTEMPTS, WAKE, Asker, Tried
+from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.judge import finding_of
+from sphero_probe.probing.plan import Probe
+from sphero_probe.protocol.packets import Command
+
+
+async def ask_single(link: Link, command: Command) -> Finding:
+    """Ask exactly this command; when nobody answers, wake the robot and ask again if its class allows.
+
+    Args:
+        link: to the robot.
+        command: what to send, payload and node as they stand.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    asker = Asker(link, command.target)
+    asked, _ = await asker.prepare(1, Probe(command, exact=True))
+    exchange, attempts = await asker.ask(asked, alone=True)
+    while isinstance(exchange, Silent) and attempts < ATTEMPTS and asked.risk <= Risk.WRITE:
+        await asker.read(WAKE, command.target)
+        exchange, more = await asker.ask(asked, alone=True)
+        attempts += more
+    return finding_of(asked, Tried(exchange, attempts), link.codec, masked=asker.masks(command.target))
+
+
+async def stop_motors(link: Link, target: int | None) -> None:
+    """Tell the robot to stop, where motion is allowed and it is known how.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    row = row_by_name(link.codec.generation, "drive.set_raw_motors")
+    if row is None or row.request is None or Risk.MOTION not in link.guard.consent.allowed:
+        return
+    robot = link.guard.robot
+    nodes = row.nodes.get(robot.key, ()) if robot else ()
+    if target is not None and nodes:
+        target = target & 0xF0 | nodes[0]
+    await link.ask(Command(row.did, row.cid, row.request.zeros(), target), alone=True)
