@@ -1,0 +1,29 @@
+"""The format ``jsonl``: rows in, one JSON object a line out, each as soon as it comes."""
+
+from typing import TextIO
+
+from sphero_probe.reports.json_text import object_text
+from sphero_probe.reports.registry import Style
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.views import View
+
+
+class JsonLines:
+    """Writes every row, of whatever type."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._first = True
+
+    def add(self, row: Row) -> None:
+        """Write a line."""
+        self._out.write(object_text(row, first=self._first) + "\n")
+        self._first = False
+
+    def close(self) -> None:
+        """Nothing is left to write."""
+
+
+def report(out: TextIO, *, view: View, style: Style) -> JsonLines:  # noqa: ARG001 - JSON shows all, as it is
+    """Open a report in this format."""
+    return JsonLines(out)

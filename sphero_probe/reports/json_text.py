@@ -1,0 +1,34 @@
+"""Rows as JSON: a row comes in, one object on one line comes out, in ASCII and harmless on a terminal."""
+
+import json
+from math import isfinite
+from typing import Final
+
+from sphero_probe.reports.rows import Row
+
+SCHEMA_VERSION: Final = 1
+"""Of the rows' keys and their meaning; stands in the first object of a document."""
+
+
+def object_text(row: Row, *, first: bool) -> str:
+    """Return the object of a row: its type, the schema's version in the first of a document, its data."""
+    version = {"schema_version": SCHEMA_VERSION} if first else {}
+    whole = {"type": row.type} | version | row.data
+    try:
+        text = json.dumps(whole, allow_nan=False)
+    except ValueError:
+        text = json.dumps(_finite(whole), allow_nan=False)
+    return text.replace("\x7f", "\\u007f")
+
+
+def _finite(value: object) -> object:
+    """The same value with numbers that JSON does not know as texts: ``nan``, ``inf``, ``-inf``."""
+    match value:
+        case float() if not isfinite(value):
+            return str(value)
+        case dict():
+            return {key: _finite(held) for key, held in value.items()}
+        case list() | tuple():
+            return [_finite(held) for held in value]
+        case _:
+            return value

@@ -1,0 +1,170 @@
+"""Values of rows in words: what JSON holds comes in, raw text as people read it comes out.
+
+Every function takes whatever a row may hold, also what an untrusted file put there.
+"""
+
+import re
+from collections.abc import Mapping
+
+from sphero_probe.reports.ids import spans
+
+Data = Mapping[str, object]
+
+_ID_FIELDS = frozenset(("did", "dids", "cid", "cids"))
+_VALUE_NAMES = re.compile(r"\{\w*\}")
+_NEEDS_QUOTES = frozenset(' ,"')
+
+
+def shown(value: object) -> str:
+    """Return any value as text: nothing for null, yes and no, numbers with six digits, commas in lists."""
+    match value:
+        case None:
+            return ""
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value:.6g}"
+        case list() | tuple():
+            return ", ".join(map(shown, value))
+        case dict():
+            return ", ".join(f"{key} {shown(held)}" for key, held in value.items())
+        case _:
+            return str(value)
+
+
+def hex_id(value: object) -> str:
+    """Return an id, a code or an address as ``0x13``, nothing for null."""
+    return f"0x{value:02x}" if isinstance(value, int) else ""
+
+
+def spaced_hex(value: object) -> str:
+    """Return the bytes of a hex string as ``8d 0a 13``, nothing for null."""
+    text = value if isinstance(value, str) else ""
+    return " ".join(text[at : at + 2] for at in range(0, len(text), 2))
+
+
+def pair(data: Data) -> str:
+    """Return ``did`` and ``cid`` as ``0x13:0x10``, one of them alone where the other is not known."""
+    return ":".join(filter(None, (hex_id(data.get("did")), hex_id(data.get("cid")))))
+
+
+def fields(data: Data) -> str:
+    """Return the decoded ``fields`` with their ``units``: ``percentage 87 %, state ok``."""
+    values, units = data.get("fields"), data.get("units")
+    if not isinstance(values, dict):
+        return ""
+    units = units if isinstance(units, dict) else {}
+    payload = shown(data.get("payload"))
+    words = (
+        (name, _field_value(name, value, payload), shown(units.get(name))) for name, value in values.items()
+    )
+    return ", ".join(" ".join(filter(None, word)) for word in words)
+
+
+def _field_value(name: str, value: object, payload: str) -> str:
+    if isinstance(value, list):
+        if name in _ID_FIELDS and value == sorted({one for one in value if isinstance(one, int)}):
+            value = spans(value)
+        return " ".join(_field_value(name, one, payload) for one in value) or "none"
+    if name in _ID_FIELDS and isinstance(value, int):
+        return hex_id(value)
+    if isinstance(value, str):
+        if _is_part(value, payload):
+            return spaced_hex(value)
+        if not value or _NEEDS_QUOTES.intersection(value):
+            return f'"{value}"'
+    return shown(value)
+
+
+def _is_part(text: str, payload: str) -> bool:
+    """Whether a text is bytes of the payload in hex: a field of bytes looks like one of text otherwise."""
+    return (
+        bool(text)
+        and len(text) % 2 == 0
+        and text in {payload[at : at + len(text)] for at in range(0, len(payload), 2)}
+    )
+
+
+def outcome(data: Data) -> str:
+    """Return how asking one command ended: the answer, or that there was none."""
+    attempts = data.get("attempts")
+    if data.get("code") is not None:
+        return answer(data)
+    return f"no answer, asked {attempts} times" if isinstance(attempts, int) and attempts > 1 else "no answer"
+
+
+def content(data: Data) -> str:
+    """Return what the payload says: the fields where they are known, its bytes otherwise."""
+    return fields(data) or spaced_hex(data.get("payload"))
+
+
+def answer(data: Data) -> str:
+    """Return an answer: ``success: percentage 87 %``, ``bad data length``, ``0x2a unlisted: 01 02``."""
+    name = shown(data.get("code_name"))
+    if name in ("", "unlisted"):
+        name = f"{hex_id(data.get('code'))} {name}".strip()
+    return ": ".join(filter(None, (name, content(data))))
+
+
+def packet(data: Data) -> str:
+    """Return what a packet says: its code, its content, or what is wrong with it and its bytes."""
+    if data.get("kind") == "malformed":
+        return f"{shown(data.get('reason'))}: {spaced_hex(data.get('raw'))}"
+    return remarked(answer(data), data.get("note"))
+
+
+def note(data: Data) -> str:
+    """Return a note in a line: its text and what it says."""
+    says = content(data) or spaced_hex(data.get("raw"))
+    return f"{shown(data.get('text'))}: {says}" if says else shown(data.get("text"))
+
+
+def remarked(text: str, remark: object) -> str:
+    """Return the text with a remark in brackets, where there is one."""
+    return f"{text} ({remark})".lstrip() if remark else text
+
+
+def addresses(data: Data) -> str:
+    """Return who a packet is from and to: ``0x12 to 0x01``, ``to 0x12``, ``from 0x12``."""
+    source, target = hex_id(data.get("source")), hex_id(data.get("target"))
+    if source and target:
+        return f"{source} to {target}"
+    return f"to {target}" if target else f"from {source}" if source else ""
+
+
+def robots(value: object) -> str:
+    """Return the robots of a command with their nodes: ``bolt:1,2 mini:1``."""
+    if not isinstance(value, dict):
+        return shown(value)
+    return " ".join(
+        f"{key}:{','.join(map(str, nodes))}" if isinstance(nodes, list) and nodes else str(key)
+        for key, nodes in value.items()
+    )
+
+
+def layout(value: object) -> str:
+    """Return the layout of a payload for people: nothing may be known of it, or it may have no bytes."""
+    return "unknown" if value is None else _VALUE_NAMES.sub("", shown(value)) or "nothing"
+
+
+def layout_record(value: object) -> str:
+    """Return the layout of a payload for scripts: empty where unknown, ``nothing`` for no bytes."""
+    return "" if value is None else shown(value) or "nothing"
+
+
+def exchanged(data: Data) -> str:
+    """Return both layouts of a command in a phrase: ``efuse_id:u8 -> status:u8``."""
+    takes, gives = layout(data.get("request")), layout(data.get("response"))
+    if data.get("kind") == "notification":
+        return f"-> {gives}"
+    return takes if takes == gives == "unknown" else f"{takes} -> {gives}"
+
+
+def role(data: Data) -> str:
+    """Return the risk class of a command, or that it is none."""
+    return "notification" if data.get("kind") == "notification" else shown(data.get("risk"))
+
+
+def measured(data: Data) -> str:
+    """Return a ``value`` with its ``unit``."""
+    return f"{shown(data.get('value'))} {shown(data.get('unit'))}".strip()

@@ -1,0 +1,77 @@
+"""The formats of a report: a name, a stream, a view and a style come in, an open report comes out.
+
+A format is a module with a function ``report(out, *, view, style)`` and its line in ``FORMATS``. It is
+imported when it is chosen.
+"""
+
+from importlib import import_module
+from typing import Final, NamedTuple, Protocol, TextIO
+
+from sphero_probe.errors import UsageError
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.views import View
+
+FORMATS: Final[dict[str, str]] = {
+    "table": "sphero_probe.reports.table",
+    "plain": "sphero_probe.reports.tab_separated",
+    "json": "sphero_probe.reports.json_array",
+    "jsonl": "sphero_probe.reports.json_lines",
+    "csv": "sphero_probe.reports.comma_separated",
+}
+"""Name -> the module that writes it."""
+
+
+class Style(NamedTuple):
+    """What the place that is written to can show.
+
+    Attributes:
+        width: columns; tables need 60 and take them.
+        color: colour may be used; nothing is said by colour alone.
+        unicode: False keeps everything within ASCII.
+    """
+
+    width: int = 80
+    color: bool = False
+    unicode: bool = True
+
+
+class Report(Protocol):
+    """Rows in, text out on the stream it was opened with, which stays open."""
+
+    def add(self, row: Row) -> None:
+        """Take the next row.
+
+        Raises:
+            OSError: the stream cannot be written.
+        """
+        ...
+
+    def close(self) -> None:
+        """Write what is left; nothing is added afterwards.
+
+        Raises:
+            OSError: the stream cannot be written.
+        """
+        ...
+
+
+class _Opener(Protocol):
+    def __call__(self, out: TextIO, *, view: View, style: Style) -> Report: ...
+
+
+def open_report(format: str, out: TextIO, *, view: View, style: Style) -> Report:  # noqa: A002
+    """Open a report.
+
+    Args:
+        format: a name of ``FORMATS``.
+        out: where it is written; the caller flushes and closes it.
+        view: the rows that the tabular formats show; the JSON formats show all.
+        style: what ``out`` can show.
+
+    Raises:
+        UsageError: no such format.
+    """
+    if format not in FORMATS:
+        raise UsageError(f"no format '{format}'", f"known: {', '.join(FORMATS)}")
+    opener: _Opener = import_module(FORMATS[format]).report
+    return opener(out, view=view, style=style)

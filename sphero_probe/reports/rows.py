@@ -1,0 +1,272 @@
+"""Records of every layer come in, rows come out: JSON-able, keys in a fixed order, alike for every format.
+
+In a row ids and codes are integers, bytes are lower-case hex strings without blanks, times are RFC 3339
+texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What is not known is null.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple, assert_never
+
+from sphero_probe.catalogue import lookup, rows_of
+from sphero_probe.catalogue.layout import Decoded
+from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered, Refused
+from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import (
+    Command,
+    Generation,
+    Malformed,
+    Notification,
+    Packet,
+    Request,
+    Response,
+    Verdict,
+)
+from sphero_probe.transports.base import Seen
+
+
+class Row(NamedTuple):
+    """One thing to show.
+
+    Attributes:
+        type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
+            ``command``, ``planned``, ``plan``, ``code``, ``fact``, ``check``.
+        data: the values, in the order in which they are written.
+    """
+
+    type: str
+    data: dict[str, object]
+
+
+def heading_row(heading: Heading) -> Row:
+    """Return the row that a run starts with."""
+    return Row(
+        "run",
+        {
+            "robot": heading.robot,
+            "model": heading.model,
+            "device": heading.device,
+            "firmware": dict(heading.firmware),
+            "plan": heading.plan,
+            "tool_version": heading.tool_version,
+            "consent": list(heading.consent),
+            "strictness": dict(heading.strictness),
+            "started": heading.started,
+        },
+    )
+
+
+def finding_row(finding: Finding) -> Row:
+    """Return the row of a finding; what an answer would tell is null where none came.
+
+    ``fields`` are those of a successful answer, by the catalogue's layout, ``units`` their units. What in
+    such an answer does not fit the layout is told at the end of ``note``.
+    """
+    known = finding.knowledge
+    exchange = finding.exchange
+    answer = exchange if isinstance(exchange, Answered) else None
+    sent = None if isinstance(exchange, Refused) else exchange.sent.hex() or None
+    decoded = _decoded_answer(answer.response, known) if answer else None
+    return Row(
+        "finding",
+        {
+            "number": finding.number,
+            "target": finding.command.target,
+            "did": finding.command.did,
+            "cid": finding.command.cid,
+            "name": known.name if known else None,
+            "risk": finding.risk.word,
+            "outcome": finding.outcome.value,
+            "confidence": finding.confidence.value,
+            "code": answer.response.code if answer else None,
+            "code_name": finding.code_name if answer else None,
+            "payload": answer.response.payload.hex() if answer else None,
+            "fields": decoded.fields if decoded else None,
+            "units": decoded.units if decoded else {},
+            "sent": sent,
+            "received": answer.received.hex() if answer else None,
+            "rtt_ms": round(answer.rtt * 1000, 3) if answer else None,
+            "attempts": finding.attempts,
+            "note": "; ".join(filter(None, (finding.note, decoded.problem if decoded else ""))),
+        },
+    )
+
+
+def _decoded_answer(response: Response, known: CommandRow | None) -> Decoded:
+    """What a successful answer means; nothing where the catalogue has no layout for it."""
+    if known and known.kind is Kind.COMMAND and known.response:
+        verdict = CODECS[known.generation].verdict(response.code)
+        if verdict is Verdict.OK:
+            return known.response.decode(response.payload)
+    return Decoded({}, {}, b"", "")
+
+
+def note_row(note: Note) -> Row:
+    """Return the row of a remark, its details beside the text."""
+    return Row("note", {"kind": note.kind, "text": note.text} | note.data)
+
+
+def summary_row(summary: Summary) -> Row:
+    """Return the row that a run ends with; every outcome is counted, zeros too."""
+    return Row(
+        "summary",
+        {
+            "counts": {outcome.value: summary.counts.get(outcome, 0) for outcome in Outcome},
+            "seconds": round(summary.seconds, 3),
+            "probes_sent": summary.probes_sent,
+            "complete": summary.complete,
+        },
+    )
+
+
+def robot_row(seen: Seen) -> Row:
+    """Return the row of a robot heard in a scan; ``rssi`` is in dBm."""
+    return Row(
+        "robot",
+        {
+            "name": seen.name,
+            "model": seen.robot.name if seen.robot else None,
+            "generation": seen.robot.generation.value if seen.robot else None,
+            "address": seen.address,
+            "rssi": seen.rssi,
+        },
+    )
+
+
+def packet_row(packet: Packet, generation: Generation, raw: bytes) -> Row:
+    """Return the row of a packet; keys that do not apply are left out.
+
+    ``name`` and ``fields`` are as the catalogue knows them without a robot in mind. ``note`` tells what does
+    not fit the catalogue's layout.
+
+    Args:
+        packet: the packet.
+        generation: the protocol it was read by.
+        raw: its frame.
+    """
+    keys: dict[str, object]
+    match packet:
+        case Malformed(raw=held, reason=reason):
+            return Row(
+                "packet",
+                {
+                    "generation": generation.value,
+                    "kind": "malformed",
+                    "raw": (raw or held).hex(),
+                    "reason": reason,
+                },
+            )
+        case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
+            known = _known(generation, did, cid, Kind.COMMAND)
+            layout = known.request if known and known.kind is Kind.COMMAND else None
+            keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
+        case Response(seq, code, payload, did, cid, source, target):
+            known = _known(generation, did, cid, Kind.COMMAND)
+            codec = CODECS[generation]
+            success = codec.verdict(code) is Verdict.OK
+            layout = known.response if known and known.kind is Kind.COMMAND and success else None
+            keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
+            keys["code_name"] = codec.code_name(code)
+        case Notification(did, cid, payload, source, target, seq):
+            known = _known(generation, did, cid, Kind.NOTIFICATION)
+            layout = known.response if known and known.kind is Kind.NOTIFICATION else None
+            keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
+        case _:
+            assert_never(packet)
+    decoded = layout.decode(payload) if layout else None
+    keys |= {
+        "target": target,
+        "source": source,
+        "name": known.name if known else None,
+        "fields": decoded.fields if decoded else None,
+        "units": decoded.units or None if decoded else None,
+        "payload": payload.hex(),
+        "raw": raw.hex(),
+        "note": decoded.problem or None if decoded else None,
+    }
+    present = {key: value for key, value in keys.items() if value is not None}
+    return Row("packet", {"generation": generation.value} | present)
+
+
+def _known(generation: Generation, did: int | None, cid: int | None, kind: Kind) -> CommandRow | None:
+    """The catalogue's row of a pair, one in the given role where there is any."""
+    if did is None or cid is None:
+        return None
+    fitting = (row for row in rows_of(generation, did, cid) if row.kind is kind)
+    likely = lookup(generation, did, cid, None)
+    return likely if likely is None or likely.kind is kind else next(fitting, likely)
+
+
+def command_row(command: CommandRow) -> Row:
+    """Return the row of a catalogue entry; ``request`` and ``response`` are layouts, null where unknown."""
+    return Row(
+        "command",
+        {
+            "did": command.did,
+            "cid": command.cid,
+            "name": command.name,
+            "kind": command.kind.value,
+            "risk": command.risk.word,
+            "request": command.request.text if command.request else None,
+            "response": command.response.text if command.response else None,
+            "robots": {key: list(nodes) for key, nodes in command.nodes.items()},
+            "sources": list(command.sources),
+            "aliases": list(command.aliases),
+            "note": command.note,
+        },
+    )
+
+
+def planned_row(
+    number: int, command: Command, known: CommandRow | None, risk: Risk, frame: bytes, withheld: str | None
+) -> Row:
+    """Return the row of what would be sent.
+
+    Args:
+        number: place in the plan, from 1.
+        command: what would be asked.
+        known: the catalogue's row, None where no catalogue knows the pair.
+        risk: the class of sending it.
+        frame: the bytes that would go out.
+        withheld: why they would not, None where they would.
+    """
+    return Row(
+        "planned",
+        {
+            "number": number,
+            "target": command.target,
+            "did": command.did,
+            "cid": command.cid,
+            "name": known.name if known else None,
+            "risk": risk.word,
+            "payload": command.payload.hex(),
+            "sent": frame.hex(),
+            "withheld": withheld,
+        },
+    )
+
+
+def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[str]) -> Row:
+    """Return the row of a plan; ``robots`` are keys, none of them for any robot."""
+    return Row(
+        "plan",
+        {"name": name, "summary": summary, "file": str(file) if file else None, "robots": list(robots)},
+    )
+
+
+def code_row(generation: Generation, code: int, name: str, meaning: str) -> Row:
+    """Return the row of an answer's code."""
+    return Row("code", {"generation": generation.value, "code": code, "name": name, "meaning": meaning})
+
+
+def fact_row(name: str, value: object, unit: str = "", node: str | None = None) -> Row:
+    """Return the row of what a robot says about itself; ``node`` is a node's name, null for the robot."""
+    return Row("fact", {"name": name, "value": value, "unit": unit, "node": node or None})
+
+
+def check_row(name: str, status: str, detail: str, fix: str = "") -> Row:
+    """Return the row of one look at this machine; ``status`` is ``ok``, ``warn`` or ``fail``."""
+    return Row("check", {"status": status, "name": name, "detail": detail, "fix": fix})

@@ -1,0 +1,36 @@
+"""The format ``plain``: rows in, one line a record out for ``cut``, ``grep`` and ``awk``, tabs between.
+
+There is no header, and nothing is cut. A line has the record columns of the view, in the view's order (see
+``views``), empty where nothing is known. Rows of other types than the view's are left out.
+"""
+
+from typing import TextIO
+
+from sphero_probe.reports.printable import visible
+from sphero_probe.reports.registry import Style
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.views import View
+
+
+class TabSeparated:
+    """Writes the view's rows as they come."""
+
+    def __init__(self, out: TextIO, view: View, style: Style) -> None:
+        self._out = out
+        self._view = view
+        self._style = style
+
+    def add(self, row: Row) -> None:
+        """Write a line."""
+        if row.type == self._view.type:
+            cells = (column.render(row.data) for column in self._view.record_columns)
+            shown = (visible(cell, limit=None, unicode=self._style.unicode) for cell in cells)
+            self._out.write("\t".join(shown) + "\n")
+
+    def close(self) -> None:
+        """Nothing is left to write."""
+
+
+def report(out: TextIO, *, view: View, style: Style) -> TabSeparated:
+    """Open a report in this format."""
+    return TabSeparated(out, view, style)
