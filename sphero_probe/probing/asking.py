@@ -4,9 +4,10 @@ import asyncio
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
-from sphero_probe.catalogue import lookup, row_by_name
+from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
 from sphero_probe.link.guard import WRONG_LENGTH, Consent
 from sphero_probe.link.link import Link
@@ -19,8 +20,6 @@ ATTEMPTS: Final = 3
 BUSY_ATTEMPTS: Final = 5
 BUSY_PAUSE: Final = 0.1
 """Seconds before a busy robot is asked again; doubled each time."""
-WAKE: Final = "power.wake"
-VERSION: Final = "system_info.get_main_app_version"
 
 
 class Asked(NamedTuple):
@@ -133,20 +132,20 @@ class Asker:
             verdict = self._link.codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
-                await self.read(WAKE, asked.command.target)
+                await self.do(Job.WAKE, asked.command.target)
             elif verdict is Verdict.BUSY:
                 await asyncio.sleep(pause)
                 pause *= 2
             else:
                 return Tried(exchange, attempt)
 
-    async def read(self, name: str, target: int | None) -> Exchange | None:
-        """Ask a documented read by its name; None where the generation has none of that name.
+    async def do(self, job: Job, target: int | None) -> Exchange | None:
+        """Ask the documented read that does a job; None where the generation has none.
 
         Raises:
             LinkLostError: the robot is gone.
         """
-        row = row_by_name(self._link.codec.generation, name)
+        row = row_for(self._link.codec.generation, job)
         if row is None:
             return None
         command = Command(row.did, row.cid, b"", target)
@@ -162,14 +161,14 @@ class Asker:
         Raises:
             LinkLostError: the robot is gone.
         """
-        await self.read(WAKE, self._target)
+        await self.do(Job.WAKE, self._target)
         robot = self._link.guard.robot
         nodes = robot.nodes if robot and self._target is not None else {0: "robot"}
         versions: dict[str, str] = {}
-        row = row_by_name(self._link.codec.generation, VERSION)
+        row = row_for(self._link.codec.generation, Job.VERSION)
         for node, name in nodes.items():
             target = None if self._target is None else self._target & 0xF0 | node
-            exchange = await self.read(VERSION, target)
+            exchange = await self.do(Job.VERSION, target)
             if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
                 fields = row.response.decode(exchange.response.payload).fields
                 versions[name] = ".".join(str(part) for part in fields.values())

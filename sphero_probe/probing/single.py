@@ -1,10 +1,10 @@
 """One command by itself: a command in, its finding out, without calling on the robot first."""
 
-from sphero_probe.catalogue import row_by_name
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
-from sphero_probe.probing.asking import ATTEMPTS, WAKE, Asker, Tried
+from sphero_probe.probing.asking import ATTEMPTS, Asker, Tried
 from sphero_probe.probing.finding import Finding
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.plan import Probe
@@ -25,7 +25,7 @@ async def ask_single(link: Link, command: Command) -> Finding:
     asked, _ = await asker.prepare(1, Probe(command, exact=True))
     exchange, attempts = await asker.ask(asked, alone=True)
     while isinstance(exchange, Silent) and attempts < ATTEMPTS and asked.risk <= Risk.WRITE:
-        await asker.read(WAKE, command.target)
+        await asker.do(Job.WAKE, command.target)
         exchange, more = await asker.ask(asked, alone=True)
         attempts += more
     return finding_of(asked, Tried(exchange, attempts), link.codec, masked=asker.masks(command.target))
@@ -37,7 +37,7 @@ async def stop_motors(link: Link, target: int | None) -> None:
     Raises:
         LinkLostError: the robot is gone.
     """
-    row = row_by_name(link.codec.generation, "drive.set_raw_motors")
+    row = row_for(link.codec.generation, Job.STOP)
     if row is None or row.request is None or Risk.MOTION not in link.guard.consent.allowed:
         return
     robot = link.guard.robot

@@ -1,0 +1,56 @@
+"""Which command does a well-known job: a generation and a job in, the command's row out."""
+
+from enum import StrEnum
+from typing import Final
+
+from sphero_probe.catalogue.commands import row_by_name
+from sphero_probe.catalogue.model import CommandRow
+from sphero_probe.protocol.packets import Generation
+
+
+class Job(StrEnum):
+    """What every robot can do one way or another."""
+
+    WAKE = "wake"
+    VERSION = "version"
+    STOP = "stop"
+    """Motors off: the arguments are zeros."""
+
+
+_JOBS: Final[dict[Generation, dict[Job, str]]] = {
+    Generation.V1: {},
+    Generation.V2: {
+        Job.WAKE: "power.wake",
+        Job.VERSION: "system_info.get_main_app_version",
+        Job.STOP: "drive.set_raw_motors",
+    },
+}
+
+FACTS: Final[dict[Generation, tuple[str, ...]]] = {
+    Generation.V1: (),
+    Generation.V2: (
+        "system_info.get_main_app_version",
+        "system_info.get_bootloader_version",
+        "system_info.get_processor_name",
+        "system_info.get_board_revision",
+        "system_info.get_model_number",
+        "system_info.get_sku",
+        "system_info.get_three_character_sku",
+        "system_info.get_mac_address",
+        "system_info.get_stats_id",
+        "system_info.get_manufacturing_date",
+        "system_info.get_core_up_time_in_milliseconds",
+        "connection.get_bluetooth_name",
+        "power.get_battery_percentage",
+        "power.get_battery_voltage",
+        "power.get_battery_voltage_state",
+        "power.get_charger_state",
+    ),
+}
+"""The documented reads that describe a robot, in the order people want to read them."""
+
+
+def row_for(generation: Generation, job: Job) -> CommandRow | None:
+    """Return the row of the command that does a job, None where the generation has none."""
+    name = _JOBS[generation].get(job)
+    return row_by_name(generation, name) if name else None

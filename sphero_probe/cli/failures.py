@@ -1,0 +1,126 @@
+"""The outermost layer: whatever goes wrong becomes a line or two on standard error and an exit code."""
+
+import os
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Final, NoReturn
+
+import click
+
+from sphero_probe.errors import OutputError, SpheroProbeError, UsageError
+
+BUG: Final = 70
+INTERRUPTED: Final = 128 + signal.SIGINT
+
+
+class InterruptedRunError(Exception):
+    """A signal ended the run after it was stopped cleanly.
+
+    Attributes:
+        number: the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def run_and_exit(arguments: Sequence[str]) -> NoReturn:
+    """Run the command line and leave the process with its exit code."""
+    code = run(arguments)
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = code or _cannot_write(error)
+    _silence_standard_output()
+    sys.exit(code)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run the command line and return the exit code."""
+    debug = "--debug" in arguments
+    try:
+        return _run(arguments)
+    except (SpheroProbeError, click.ClickException, OSError) as error:
+        if debug:
+            traceback.print_exc()
+        return _say(error)
+    except (KeyboardInterrupt, click.Abort):
+        _tell("interrupted")
+        return INTERRUPTED
+    except InterruptedRunError as stopped:
+        return 128 + stopped.number
+    except Exception:  # noqa: BLE001 - the last net: a bug is reported, not dumped
+        if debug:
+            traceback.print_exc()
+        return _report_bug()
+
+
+def _run(arguments: Sequence[str]) -> int:
+    from sphero_probe.cli.group import group
+
+    try:  # not group.main: it would end the process by itself when a pipe is closed
+        with group.make_context("sphero-probe", list(arguments)) as context:
+            group.invoke(context)
+    except click.exceptions.Exit as ended:
+        return ended.exit_code
+    return 0
+
+
+def _say(error: SpheroProbeError | click.ClickException | OSError) -> int:
+    if isinstance(error, SpheroProbeError):
+        _tell(str(error), error.hint)
+        return error.exit_code
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    if isinstance(error, click.ClickException):
+        context = getattr(error, "ctx", None)
+        hint = f"see: {context.command_path} --help" if context else ""
+        _tell(error.format_message(), hint)
+        return UsageError.exit_code
+    return _cannot_write(error)
+
+
+def _cannot_write(error: OSError) -> int:
+    """Say that the output failed; a closed pipe (``| head``) ends quietly."""
+    if not isinstance(error, BrokenPipeError):
+        where = f"{error.filename}: " if error.filename else ""
+        _tell(f"cannot write the output: {where}{error.strerror or error}", "is the disk full?")
+    return OutputError.exit_code
+
+
+def _tell(message: str, hint: str = "") -> None:
+    from sphero_probe.reports.printable import visible
+
+    with suppress(OSError):
+        click.echo(f"sphero-probe: {visible(message, limit=400)}", err=True)
+        if hint:
+            click.echo(f"  {visible(hint, limit=400)}", err=True)
+
+
+def _report_bug() -> int:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="sphero-probe-", suffix=".txt", delete=False, encoding="utf-8"
+    ) as file:
+        traceback.print_exc(file=file)
+    kind, error, _ = sys.exc_info()
+    name = kind.__name__ if kind else "error"
+    _tell(
+        f"a bug in sphero-probe ({name}: {error}); the traceback is in {file.name}",
+        "please report it with that file",
+    )
+    return BUG
+
+
+def _silence_standard_output() -> None:
+    """Keep the interpreter from complaining at exit about output that could not be written."""
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        return
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

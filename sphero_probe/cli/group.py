@@ -1,0 +1,71 @@
+"""The command group: a command's module is imported when it is called, not when help is asked."""
+
+from importlib import import_module
+from typing import Final
+
+import click
+
+from sphero_probe import __version__
+
+COMMANDS: Final[dict[str, str]] = {
+    "scan": "List the robots nearby.",
+    "info": "Ask a robot about itself: firmware, battery, addresses.",
+    "sweep": "Probe ranges of commands, or a plan, and tell what exists.",
+    "send": "Send one command and show the answer.",
+    "led": "Set lamps.",
+    "decode": "Decode packets from arguments, files or standard input.",
+    "explain": "Explain an error code or a command.",
+    "catalog": "List the known commands.",
+    "plan": "List, show and check probe plans.",
+}
+"""Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.<name>``."""
+
+
+class LazyGroup(click.Group):
+    """A group whose members are modules named in ``COMMANDS``."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Name the commands, in the order people meet them."""
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command; None for an unknown name."""
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"sphero_probe.cli.{cmd_name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the arguments name.
+
+        Raises:
+            UsageError: there is none; the nearest is suggested.
+        """
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            from difflib import get_close_matches
+
+            close = get_close_matches(args[0], COMMANDS, n=1)
+            ctx.fail(
+                f"no command '{args[0]}'" + (f"; did you mean '{close[0]}'?" if close else "; see --help")
+            )
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands' lines without importing them."""
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="sphero-probe %(version)s")
+def group() -> None:
+    """Map what a Sphero robot can do, from the terminal.
+
+    It asks the robot first, proves that a probe is harmless before sending it, and says "inconclusive"
+    rather than a wrong word. No robot at hand? Try --device fake:bolt-plus.
+    """

@@ -1,0 +1,103 @@
+"""``info``: a robot's address goes in, what it says about itself comes out."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+from sphero_probe.cli.options import device_options, output_options
+from sphero_probe.cli.output import Output
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sphero_probe.catalogue.model import Robot
+    from sphero_probe.probing.finding import Finding
+    from sphero_probe.probing.plan import Probe
+    from sphero_probe.protocol.packets import Generation
+    from sphero_probe.reports.rows import Row
+
+
+@click.command("info")
+@device_options
+@output_options
+def command(output: Output, device: str, **connecting: object) -> None:
+    """Ask a robot about itself: firmware per node, battery, addresses, SKU.
+
+    Example: sphero-probe info --device fake:bolt-plus
+    """
+    from sphero_probe.cli.interrupts import Interrupts, run_interruptible
+    from sphero_probe.cli.running import start_run
+    from sphero_probe.cli.session import consent_of, open_session
+    from sphero_probe.probing.plan import Plan
+    from sphero_probe.reports.rows import fact_row
+    from sphero_probe.reports.views import FACTS
+
+    interrupts = Interrupts()
+    rows: list[Row] = []
+
+    async def work() -> None:
+        async with open_session(device, consent_of(()), **connecting) as session:  # type: ignore[arg-type]
+            connection = session.connection
+            robot = connection.robot
+            rows.append(fact_row("name", connection.name, "", ""))
+            rows.append(fact_row("model", robot.name if robot else "unknown", "", ""))
+            rows.append(fact_row("generation", connection.generation.value, "", ""))
+            rows.append(fact_row("address", connection.address, "", ""))
+            plan = Plan(
+                "info",
+                "what a robot says about itself",
+                [list(_probes(connection.generation, robot, connection.port))],
+            )
+            run = start_run(plan, session, None, interrupts)
+            async for _ in run.records():
+                pass
+            for finding in sorted(run.findings, key=lambda finding: finding.number):
+                rows.extend(_rows(finding, robot))
+
+    run_interruptible(interrupts, work())
+    output.show(FACTS, rows)
+
+
+def _probes(generation: "Generation", robot: "Robot | None", port: int) -> "Iterator[Probe]":
+    """Yield a read per fact, on each node that serves it."""
+    from sphero_probe.catalogue import row_by_name
+    from sphero_probe.catalogue.roles import FACTS
+    from sphero_probe.probing.plan import Probe
+    from sphero_probe.protocol.packets import Command
+
+    for name in FACTS[generation]:
+        row = row_by_name(generation, name)
+        if row is None:
+            continue
+        nodes = row.nodes.get(robot.key, ()) if robot else ()
+        if robot and not robot.addressed:
+            nodes = ()
+        for node in nodes or (None,):
+            yield Probe(Command(row.did, row.cid, b"", None if node is None else port << 4 | node))
+
+
+def _rows(finding: "Finding", robot: "Robot | None") -> "Iterator[Row]":
+    """Yield what one answer says; an answer that is none says nothing about the robot."""
+    from sphero_probe.link.exchange import Answered
+    from sphero_probe.probing.notes import node_name
+    from sphero_probe.reports.rows import fact_row
+
+    row, exchange = finding.knowledge, finding.exchange
+    if (
+        row is None
+        or row.response is None
+        or not isinstance(exchange, Answered)
+        or not exchange.response.payload
+    ):
+        return
+    decoded = row.response.decode(exchange.response.payload)
+    name = row.name.partition(".")[2].removeprefix("get_")
+    node = node_name(finding.command.target, robot) if robot and len(robot.nodes) > 1 else ""
+    if "version" in name:
+        yield fact_row(name, ".".join(map(str, decoded.fields.values())), "", node)
+    elif len(decoded.fields) == 1:
+        field, value = next(iter(decoded.fields.items()))
+        yield fact_row(name, value, decoded.units.get(field, ""), node)
+    else:
+        for field, value in decoded.fields.items():
+            yield fact_row(f"{name} {field}", value, decoded.units.get(field, ""), node)

@@ -1,0 +1,98 @@
+"""``led``: lamps and colours go in, one packet that sets them goes out."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+from sphero_probe.cli.options import asking_options, device_options, output_options
+from sphero_probe.cli.output import Output
+from sphero_probe.errors import UsageError
+
+if TYPE_CHECKING:
+    from sphero_probe.catalogue.model import Robot
+    from sphero_probe.protocol.packets import Command
+
+
+@click.command("led")
+@click.option("--front", metavar="RRGGBB", help="The front lamp (on a Mini: the body).")
+@click.option("--back", metavar="RRGGBB", help="The back lamp.")
+@click.option(
+    "--led", "lamps", multiple=True, metavar="NAME=RRGGBB", help="Any lamp by name; may be repeated."
+)
+@click.option("--off", is_flag=True, help="Every lamp off that is not named.")
+@asking_options
+@device_options
+@output_options
+def command(
+    output: Output,
+    front: str | None,
+    back: str | None,
+    lamps: tuple[str, ...],
+    off: bool,
+    device: str,
+    target: str | None,
+    allow: tuple[str, ...],
+    confirm: str,
+    dry_run: bool,
+    **connecting: object,
+) -> None:
+    """Set lamps; names come from the robot's own table.
+
+    Example: sphero-probe led --front ff0000 --back 00f --device fake:bolt-plus
+    """
+    from sphero_probe.catalogue.risk import Risk
+    from sphero_probe.cli.session import consent_of
+    from sphero_probe.cli.single import send_single, show_dry
+
+    wanted = _wanted(front, back, lamps)
+    if not wanted and not off:
+        raise UsageError("no lamp is named", "try: sphero-probe led --front ff0000, or --off")
+
+    def make(robot: "Robot | None", port: int) -> "Command":
+        return _led_command(wanted, robot, port, target, off=off)
+
+    consent = consent_of(allow, confirm, Risk.WRITE)  # setting lamps is what was asked for
+    if dry_run:
+        show_dry(output, device, consent, make)
+    else:
+        send_single(output, device, consent, make, **connecting)
+
+
+def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict[str, tuple[int, int, int]]:
+    """Return lamp name -> colour, in the order they were given."""
+    from sphero_probe.cli.words import colour
+
+    wanted = {}
+    for name, text in (("front", front), ("back", back)):
+        if text is not None:
+            wanted[name] = colour(text)
+    for lamp in lamps:
+        name, equals, text = lamp.partition("=")
+        if not equals or not name:
+            raise UsageError(f"--led {lamp}: not NAME=RRGGBB", "write --led front=ff0000")
+        wanted[name.lower()] = colour(text)
+    return wanted
+
+
+def _led_command(
+    wanted: dict[str, tuple[int, int, int]],
+    robot: "Robot | None",
+    port: int,
+    target: str | None,
+    *,
+    off: bool,
+) -> "Command":
+    from sphero_probe.catalogue.leds import led_payload
+    from sphero_probe.cli.words import choose, node
+    from sphero_probe.protocol.packets import Command
+
+    if robot is None or robot.leds is None:
+        raise UsageError(f"no lamps are known of {robot.name if robot else 'an unknown model'}")
+    table = robot.leds
+    names = [word for group in table.groups for word in (group.name, *group.aliases)]
+    for name in wanted:
+        choose(name, dict.fromkeys(names), f"lamp on {robot.name}:")
+    address = node(target, robot, port)
+    if target is None and address is not None and table.node is not None:
+        address = port << 4 | table.node
+    return Command(table.did, table.cid, led_payload(table, wanted, off=off), address)

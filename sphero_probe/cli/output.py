@@ -1,0 +1,104 @@
+"""Rows in, the chosen format out: streams, colour and width are decided here."""
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple, TextIO
+
+from sphero_probe.errors import OutputError
+
+if TYPE_CHECKING:
+    from sphero_probe.reports.registry import Report, Style
+    from sphero_probe.reports.rows import Row
+    from sphero_probe.reports.views import View
+
+FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
+"""The names of the formats; the registry of reports has the same, repeated so that help stays light."""
+COLOURS: Final = ("auto", "always", "never")
+_BY_SUFFIX: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
+
+
+class Output(NamedTuple):
+    """Where and how results are shown.
+
+    Attributes:
+        chosen: the format that was asked for, None for the default of the place.
+        file: a path, None for standard output.
+        color: ``auto``, ``always`` or ``never``.
+    """
+
+    chosen: str | None
+    file: str | None
+    color: str
+
+    @property
+    def format(self) -> str:
+        """The format to write."""
+        if self.chosen:
+            return self.chosen
+        if self.file:
+            return _BY_SUFFIX.get(Path(self.file).suffix.lower(), "plain")
+        return "table" if sys.stdout.isatty() else "plain"
+
+    @contextmanager
+    def report(self, view: "View") -> "Iterator[Report]":
+        """Open a report; it is closed, and the file with it, on leaving.
+
+        Raises:
+            OutputError: the file cannot be written.
+            OSError: standard output cannot be written.
+        """
+        from sphero_probe.reports.registry import open_report
+
+        with self._stream() as stream:
+            report = open_report(self.format, stream, view=view, style=self._style(stream))
+            try:
+                yield report
+            finally:
+                report.close()
+                stream.flush()
+
+    def show(self, view: "View", rows: "Iterable[Row]") -> None:
+        """Write all rows at once.
+
+        Raises:
+            OutputError: the file cannot be written.
+            OSError: standard output cannot be written.
+        """
+        with self.report(view) as report:
+            for row in rows:
+                report.add(row)
+
+    @contextmanager
+    def _stream(self) -> Iterator[TextIO]:
+        if self.file is None:
+            yield sys.stdout
+            return
+        try:
+            with Path(self.file).open("w", encoding="utf-8", newline="") as stream:
+                yield stream
+        except OSError as error:
+            raise OutputError(f"cannot write {self.file}: {error.strerror}") from error
+
+    def _style(self, stream: TextIO) -> "Style":
+        from sphero_probe.reports.registry import Style
+
+        unicode = (stream.encoding or "").lower().replace("-", "").startswith("utf")
+        width = (
+            shutil.get_terminal_size((100, 24)).columns if stream.isatty() or "COLUMNS" in os.environ else 100
+        )
+        return Style(width, wants_color(self.color, stream), unicode)
+
+
+def wants_color(choice: str, stream: TextIO) -> bool:
+    """Decide on colour: ``--color``, then FORCE_COLOR, NO_COLOR, TERM=dumb, then whether it is a terminal."""
+    if choice != "auto":
+        return choice == "always"
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        return False
+    return stream.isatty()

@@ -1,0 +1,106 @@
+"""A plan and a robot's address go in, a report of the run comes out, with progress on standard error."""
+
+import sys
+from asyncio import Event
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+from sphero_probe.cli.interrupts import Interrupts, run_interruptible
+from sphero_probe.cli.output import Output, wants_color
+from sphero_probe.cli.session import Session, open_session
+from sphero_probe.cli.words import node
+from sphero_probe.errors import LinkLostError
+from sphero_probe.link.guard import Consent
+from sphero_probe.probing.engine import Run
+from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.single import stop_motors
+from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
+
+
+def run_plan(
+    plan: Plan, output: Output, device: str, consent: Consent, target: str | None, **connecting: Any
+) -> None:
+    """Ask a plan and report it.
+
+    Args:
+        plan: what to ask.
+        output: where and how to report.
+        device: the robot's address.
+        consent: what is allowed.
+        target: the node as it was typed, None for the robot's usual one.
+        **connecting: what ``open_session`` takes besides.
+
+    Raises:
+        SpheroProbeError: the robot cannot be reached, or the link was lost beyond the last finding.
+        InterruptedRunError: a signal ended the run.
+    """
+    from sphero_probe.reports.views import FINDINGS
+
+    interrupts = Interrupts()
+
+    async def work() -> None:
+        async with open_session(device, consent, **connecting) as session:
+            run = start_run(plan, session, target, interrupts)
+            with output.report(FINDINGS) as report, progress(plan.name, output) as advance:
+                try:
+                    async for record in run.records():
+                        report.add(row_of(record))
+                        if isinstance(record, Finding):
+                            advance(len(run.findings), run.total)
+                finally:
+                    with suppress(LinkLostError):
+                        await stop_motors(session.link, run.target)
+
+    run_interruptible(interrupts, work())
+
+
+def start_run(plan: Plan, session: Session, target: str | None, interrupts: Interrupts) -> Run:
+    """Make a run that the first Ctrl-C stops politely."""
+    connection = session.connection
+    stop = Event()
+    interrupts.stop_politely(stop)
+    address = node(target, connection.robot, connection.port)
+    return Run(plan, session.link, connection.name, address, stop)
+
+
+def row_of(record: Record) -> Row:
+    """Return the row that shows a record of a run."""
+    match record:
+        case Heading():
+            return heading_row(record)
+        case Finding():
+            return finding_row(record)
+        case Note():
+            return note_row(record)
+        case Summary():
+            return summary_row(record)
+
+
+@contextmanager
+def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar with rate and time left while standard error is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    color = wants_color(output.color, sys.stderr)
+    console = Console(stderr=True, no_color=not color, highlight=False)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}", markup=False),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, rate="")
+
+        def advance(done: int, total: int) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:.0f}/s" if speed else "")
+
+        yield advance

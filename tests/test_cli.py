@@ -1,0 +1,301 @@
+"""The command line on fake robots: what each command shows, in every format."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sphero_probe.catalogue import ROBOTS
+from sphero_probe.cli.output import FORMATS
+
+FAKE = ("--device", "fake:bolt-plus")
+FINDING_KEYS = [
+    "type",
+    "number",
+    "target",
+    "did",
+    "cid",
+    "name",
+    "risk",
+    "outcome",
+    "confidence",
+    "code",
+    "code_name",
+    "payload",
+    "fields",
+    "units",
+    "sent",
+    "received",
+    "rtt_ms",
+    "attempts",
+    "note",
+]
+
+
+def objects(text: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+@pytest.mark.parametrize("model", ROBOTS)
+@pytest.mark.parametrize("form", FORMATS)
+def test_each_robot_can_be_swept_in_each_format(cli, model, form):
+    ran = cli("sweep", "--did", "0x13", "--cid", "0-0x1f", "--device", f"fake:{model}", "--format", form)
+    assert ran.code == 0, ran.err
+    assert ran.err == ""
+    if form == "jsonl":
+        assert sum(row["type"] == "finding" for row in objects(ran.out)) == 32
+    elif form == "json":
+        assert [row["type"] for row in json.loads(ran.out)].count("finding") == 32
+    elif form == "csv":
+        rows = list(csv.DictReader(io.StringIO(ran.out)))
+        assert [int(row["cid"], 0) for row in rows] == sorted(range(32), key=lambda cid: cid) or len(
+            rows
+        ) == 32
+    elif form == "plain":
+        assert len(ran.out.splitlines()) == 32
+        assert all("\t0x13\t" in line for line in ran.out.splitlines())
+    else:
+        assert "0x13:0x0d" in ran.out
+        assert "Not shown: " in ran.out
+        assert ROBOTS[model].name in ran.out
+
+
+def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli, tmp_path):
+    ledger = tmp_path / "ledger.jsonl"
+    ran = cli("sweep", "--did", "0x13", "--device", f"fake:bolt-plus?ledger={ledger}", "--format", "jsonl")
+    rows = objects(ran.out)
+    assert rows[0]["type"] == "run"
+    assert rows[0]["schema_version"] == 1
+    assert all("schema_version" not in row for row in rows[1:])
+    findings = [row for row in rows if row["type"] == "finding"]
+    assert sorted(row["cid"] for row in findings) == list(range(256))
+    assert all(list(row) == FINDING_KEYS for row in findings)
+    battery = next(row for row in findings if row["cid"] == 0x10)
+    assert battery["name"] == "power.get_battery_percentage"
+    assert battery["outcome"] == "exists"
+    assert 0 <= battery["fields"]["percentage"] <= 100
+    assert battery["units"] == {"percentage": "%"}
+    assert bytes.fromhex(battery["received"])[0] == 0x8D
+    assert rows[-1]["type"] == "summary"
+    assert sum(rows[-1]["counts"].values()) == 256
+    assert {row["risk"] for row in objects(ledger.read_text())} == {"read"}
+
+
+def test_led_sends_the_packet_of_the_reference(cli):
+    front = json.loads(cli("led", "--front", "ff0000", *FAKE, "--json").out)[0]
+    assert front["sent"] == "8d3a11011a1c0007ff000077d8"
+    both = json.loads(cli("led", "--front", "ff0000", "--back", "f00", *FAKE, "--json").out)[0]
+    assert both["sent"] == "8d3a11011a1c003fff0000ff000040d8"
+    assert both["code_name"] == "success"
+    off = json.loads(cli("led", "--off", "--led", "back=00f", *FAKE, "--json").out)[0]
+    assert off["sent"][14:-4] == "3f0000000000ff"
+
+
+@pytest.mark.parametrize("model", [key for key, robot in ROBOTS.items() if robot.leds])
+def test_every_lamp_of_every_robot_can_be_set(cli, model):
+    table = ROBOTS[model].leds
+    assert table
+    for group in table.groups:
+        for name in (group.name, *group.aliases):
+            ran = cli("led", "--led", f"{name}=010203", "--device", f"fake:{model}")
+            assert ran.code == 0, (name, ran.err)
+
+
+def test_send_by_name_and_by_number(cli):
+    by_name = json.loads(cli("send", "power.get_battery_percentage", *FAKE, "--json").out)[0]
+    by_number = json.loads(cli("send", "0x13", "16", *FAKE, "--json").out)[0]
+    by_pair = json.loads(cli("send", "0x13:0x10", *FAKE, "--json").out)[0]
+    for finding in (by_name, by_number, by_pair):
+        assert list(finding)[:2] == ["type", "schema_version"]
+        assert (finding["did"], finding["cid"], finding["code"]) == (0x13, 0x10, 0)
+    assert by_name["fields"] == by_number["fields"] == by_pair["fields"]
+
+
+def test_send_with_arguments_reaches_the_node_that_serves_it(cli, tmp_path):
+    ledger = tmp_path / "ledger.jsonl"
+    ran = cli(
+        *("send", "drive.set_raw_motors", "00 00 00 00", "--allow", "motion"),
+        *("--device", f"fake:bolt?ledger={ledger}", "--json"),
+    )
+    assert ran.code == 0, ran.err
+    assert json.loads(ran.out)[0]["target"] == 0x12
+    executed = [row for row in objects(ledger.read_text()) if row["did"] == 0x16]
+    assert [(row["node"], row["payload"]) for row in executed] == [(2, "00000000")] * 2  # and the final stop
+
+
+def test_send_to_a_node_by_name(cli):
+    ran = cli("send", "0x11", "0x00", "--target", "secondary", "--device", "fake:rvr", "--json")
+    assert json.loads(ran.out)[0]["target"] == 0x12
+    ran = cli("send", "0x11", "0x00", "--target", "none", "--device", "fake:rvr", "--json")
+    assert json.loads(ran.out)[0]["target"] is None
+
+
+def test_no_answer_at_all_is_a_failure(cli):
+    ran = cli(
+        *("send", "0x13", "0x03", "--timeout", "0.01"), "--device", "fake:bolt?silent=0x13:0x03", "--json"
+    )
+    assert ran.code == 1
+    assert json.loads(ran.out)[0]["outcome"] == "silent"
+    assert "no answer to 3 attempts" in ran.err
+
+
+def test_dry_run_shows_bytes_and_touches_nothing(cli, tmp_path):
+    ledger = tmp_path / "ledger.jsonl"
+    device = ("--device", f"fake:bolt-plus?ledger={ledger}")
+    sweep = cli("sweep", "--did", "0x13", "--cid", "0-1", *device, "--dry-run", "--json")
+    assert "nothing is sent" in sweep.err
+    withheld, probe = json.loads(sweep.out)
+    assert withheld["risk"] == "brick"
+    assert "--allow brick" in withheld["withheld"]
+    assert (probe["risk"], probe["withheld"]) == ("probe", None)
+    led = cli("led", "--front", "ff0000", *device, "--dry-run", "--json")
+    assert json.loads(led.out)[0]["sent"] == "8d3a11011a1c0007ff000077d8"
+    send = cli("send", "power.sleep", *device, "--dry-run", "--json")
+    assert json.loads(send.out)[0]["risk"] == "motion"
+    assert not ledger.exists()
+
+
+def test_info_tells_firmware_per_node(cli):
+    facts = json.loads(cli("info", "--device", "fake:rvr", "--json").out)
+    versions = {fact["node"]: fact["value"] for fact in facts if fact["name"] == "main_app_version"}
+    assert set(versions) == {"primary", "secondary"}
+    assert all(version.count(".") == 2 for version in versions.values())
+
+
+@pytest.mark.parametrize("model", ROBOTS)
+def test_info_on_each_robot(cli, model):
+    ran = cli("info", "--device", f"fake:{model}")
+    assert ran.code == 0
+    assert ROBOTS[model].name in ran.out
+    assert "battery" in ran.out
+
+
+def test_explain_a_code_and_a_command(cli):
+    assert "bad data length" in cli("explain", "0x05").out
+    assert "unlisted" in cli("explain", "0xee").out
+    assert "power.get_battery_percentage" in cli("explain", "0x13:0x10").out
+    assert "power.get_battery_percentage" in cli("explain", "get_battery_percentage").out
+
+
+def test_catalog_filters(cli):
+    everything = json.loads(cli("catalog", "--json").out)
+    assert len({(row["did"], row["cid"]) for row in everything}) >= 391
+    mine = json.loads(cli("catalog", "battery", "--robot", "mini", "--json").out)
+    assert mine
+    assert all("mini" in row["robots"] and "battery" in row["name"] for row in mine)
+    nothing = cli("catalog", "no-such-thing", "--json")
+    assert (nothing.code, json.loads(nothing.out)) == (0, [])
+
+
+def test_decode_from_arguments_files_and_standard_input(cli, tmp_path, monkeypatch):
+    frame = "8d3911011a1c00007ed8"
+    spaced = " ".join(frame[i : i + 2] for i in range(0, len(frame), 2))
+    binary = tmp_path / "frames.bin"
+    binary.write_bytes(bytes.fromhex(frame) * 2)
+    text = tmp_path / "frames.txt"
+    text.write_text(f"{spaced}\n{frame}\n")
+    one = json.loads(cli("decode", frame, "--json").out)
+    assert one == json.loads(cli("decode", *spaced.split(), "--json").out)
+    assert (one[0]["kind"], one[0]["code_name"], one[0]["raw"]) == ("response", "success", frame)
+    assert [packet["raw"] for packet in json.loads(cli("decode", str(binary), "--json").out)] == [frame] * 2
+    assert [packet["raw"] for packet in json.loads(cli("decode", str(text), "--json").out)] == [frame] * 2
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(bytes.fromhex(frame) + b"\x8d\x01")))
+    packets = json.loads(cli("decode", "-", "--json").out)
+    assert [packet["kind"] for packet in packets] == ["response", "malformed"]
+    assert packets[1]["reason"] == "the line went quiet inside a frame"
+
+
+def test_plan_list_show_and_check(cli, tmp_path):
+    names = {plan["name"] for plan in json.loads(cli("plan", "list", "--json").out)}
+    assert {"hello", "bolt_plus", "which_devices"} <= names
+    shown = json.loads(cli("plan", "show", "hello", "--json").out)
+    assert [probe["did"] for probe in shown] == [0x13, 0x10, 0x11, 0x13]
+    assert "hello: ok, 4 probes" in cli("plan", "check", "hello").out
+    broken = tmp_path / "broken.py"
+    broken.write_text("PLAN = None\n")
+    other = tmp_path / "other.py"
+    other.write_text("import nothing_of_that_name\n")
+    assert cli("plan", "check", str(broken)).code == 8
+    both = cli("plan", "check", str(broken), "hello", str(other))
+    assert both.code == 8
+    assert "hello: ok" in both.out
+    assert "broken.py" in both.err
+    assert "other.py:1" in both.err
+
+
+def test_output_file_takes_its_format_from_its_name(cli, tmp_path):
+    for suffix, start in ((".json", "["), (".jsonl", "{"), (".csv", "did,"), (".txt", "")):
+        path = tmp_path / f"out{suffix}"
+        assert cli("catalog", "battery", "-o", str(path)).out == ""
+        assert path.read_text().startswith(start)
+
+
+def test_colour_follows_option_and_environment(cli, monkeypatch):
+    def coloured(*arguments: str) -> bool:
+        return "\x1b[" in cli("explain", "power.sleep", "--format", "table", *arguments).out
+
+    assert not coloured()
+    assert coloured("--color", "always")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert coloured()
+    assert not coloured("--color", "never")
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert coloured()
+    monkeypatch.delenv("FORCE_COLOR")
+    assert not coloured()
+
+
+def test_the_device_may_stand_in_the_environment(cli, monkeypatch):
+    monkeypatch.setenv("SPHERO_PROBE_DEVICE", "fake:mini")
+    assert "Sphero Mini" in cli("info").out
+
+
+def test_hidden_commands_lead_the_table(cli):
+    ran = cli("sweep", "--did", "0x10-0x1a", "--device", "fake:bolt?hidden=8&seed=1", "--format", "table")
+    assert "not in any catalogue" in ran.out
+    assert ran.out.index("not in any catalogue") < ran.out.index("get_battery_voltage")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "terminate"]
+)
+def test_a_signal_ends_a_sweep_cleanly(number, code):
+    ran = subprocess.Popen(
+        [sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13", "--format", "jsonl"]
+        + ["--device", "fake:bolt?latency=30ms"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert ran.stdout
+    assert ran.stderr
+    seen = [ran.stdout.readline() for _ in range(5)]
+    ran.send_signal(number)
+    out, err = ran.communicate(timeout=60)
+    rows = objects("".join(seen) + out)
+    assert ran.returncode == code
+    assert "stopping" in err
+    assert "Traceback" not in err
+    assert rows[-1]["type"] == "summary"
+    assert rows[-1]["complete"] is False
+    assert sum(row["type"] == "finding" for row in rows) < 256
+
+
+def test_python_dash_m_is_the_same(tmp_path):
+    ran = subprocess.run(
+        [sys.executable, "-m", "sphero_probe", "--version"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+    )
+    assert ran.stdout.startswith("sphero-probe ")
+    assert Path(sys.executable).exists()

@@ -1,0 +1,232 @@
+"""The whole tool through unpatched bleak and D-Bus, as subprocesses against the fake BlueZ."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from fake_bluez import (
+    ACCESS_DENIED,
+    V2_API,
+    V2_GATE,
+    Adapter,
+    BusFaults,
+    FakeBlueZ,
+    Faults,
+    Peripheral,
+    sphero_v2,
+)
+
+from sphero_probe.simulator import Executed, FakeRobot, parse_settings
+
+PATIENCE = 60
+"""Seconds for one run of the tool; far more than it needs."""
+NEW, OLD, DROID = "AA:BB:CC:DD:EE:01", "AA:BB:CC:DD:EE:02", "AA:BB:CC:DD:EE:03"
+
+
+class Stage:
+    """Robots on the air, and what they executed."""
+
+    def __init__(self) -> None:
+        self.executed: list[Executed] = []
+
+    def robot(self, settings: str, address: str, **profile: Any) -> Peripheral:
+        robot = FakeRobot(parse_settings(settings), on_execute=self.executed.append)
+        faults = profile.pop("faults", Faults())
+        return Peripheral(
+            robot.name, address, robot=robot, services=sphero_v2(**profile), faults=faults, mtu=247
+        )
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage()
+
+
+def probe(bluez: FakeBlueZ, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "sphero_probe", *arguments],
+        env={**os.environ, "DBUS_SYSTEM_BUS_ADDRESS": bluez.address},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+def lines(text: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_scan_lists_the_robots_and_nothing_else(stage):
+    stranger = Peripheral("Kettle\x1b[31m", "AA:BB:CC:DD:EE:09")
+    robots = [stage.robot("bolt-plus", NEW, gate=False), stage.robot("bolt", OLD), stranger]
+    with FakeBlueZ(robots) as bluez:
+        ran = probe(bluez, "scan", "--timeout", "0.5", "--json")
+    assert ran.returncode == 0
+    found = {robot["address"]: robot for robot in json.loads(ran.stdout)}
+    assert {address: (robot["model"], robot["generation"]) for address, robot in found.items()} == {
+        NEW: ("Sphero BOLT+", "v2"),
+        OLD: ("Sphero BOLT", "v2"),
+    }
+    assert found[NEW]["name"].startswith("BP-")
+    assert found[OLD]["name"].startswith("SB-")
+
+
+def test_scan_finds_nobody(stage):
+    with FakeBlueZ([]) as bluez:
+        ran = probe(bluez, "scan", "--timeout", "0.3", "--json")
+    assert ran.returncode == 0
+    assert json.loads(ran.stdout) == []
+    assert "no robot was heard" in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("settings", "address", "gate", "prefix"),
+    [("bolt", OLD, True, "SB-"), ("bolt-plus", NEW, False, "BP-")],
+    ids=["bolt-with-handshake", "bolt-plus-without"],
+)
+def test_sweep_executes_reads_only(stage, settings, address, gate, prefix):
+    peripheral = stage.robot(settings, address, gate=gate)
+    with FakeBlueZ([peripheral]) as bluez:
+        ran = probe(
+            bluez, "sweep", "--did", "power", "--cid", "0x00-0x1f", "--format", "jsonl", "-d", address
+        )
+    assert ran.returncode == 0, ran.stderr
+    rows = lines(ran.stdout)
+    assert rows[0]["device"].startswith(prefix)
+    assert rows[0]["strictness"] == {"primary": "strict"}
+    findings = {row["cid"]: row for row in rows if row["type"] == "finding"}
+    assert sorted(findings) == list(range(0x20))
+    assert findings[0x03]["outcome"] == "exists"
+    assert findings[0x03]["fields"]["voltage"] > 3
+    assert findings[0x00]["outcome"] == "skipped"
+    assert {command.risk.word for command in stage.executed} == {"read"}
+    first, *_ = peripheral.written
+    assert first == ((V2_GATE, b"usetheforce...band") if gate else (V2_API, first[1]))
+
+
+def test_led_puts_exactly_the_packet_of_the_reference_on_the_air(stage):
+    peripheral = stage.robot("bolt-plus", NEW, gate=False)
+    with FakeBlueZ([peripheral]) as bluez:
+        both = probe(bluez, "led", "--front", "ff0000", "--back", "ff0000", "-d", peripheral.name)
+        front = probe(bluez, "led", "--front", "00ff00", "-d", peripheral.name)
+    assert (both.returncode, front.returncode) == (0, 0), both.stderr + front.stderr
+    assert [data.hex() for _, data in peripheral.written] == [
+        "8d3a11011a1c003fff0000ff000040d8",
+        "8d3a11011a1c000700ff0077d8",
+    ]
+    assert peripheral.robot.leds["front_green"] == 255
+    assert peripheral.robot.leds["front_red"] == 0
+    assert peripheral.robot.leds["back_red"] == 255
+
+
+def test_info_tells_what_the_robot_says(stage):
+    peripheral = stage.robot("bolt", OLD)
+    with FakeBlueZ([peripheral]) as bluez:
+        ran = probe(bluez, "info", "--json", "-v")
+    assert ran.returncode == 0, ran.stderr
+    facts = {(fact["name"], fact["node"]): fact["value"] for fact in json.loads(ran.stdout)}
+    assert facts["model", None] == "Sphero BOLT"
+    assert facts["bluetooth_name", "primary"] == peripheral.name
+    assert ("main_app_version", "secondary") in facts
+    assert [line.split()[-1] for line in ran.stderr.splitlines()][:4] == [
+        "scan",
+        "connect",
+        "handshake",
+        "notify",
+    ]
+
+
+def test_an_api_that_appears_after_the_handshake_is_found(stage):
+    droid = stage.robot("r2d2", DROID, reveals_api_after_handshake=True)
+    with FakeBlueZ([droid]) as bluez:
+        ran = probe(bluez, "info", "--json", "-d", DROID)
+    assert ran.returncode == 0, ran.stderr
+    assert '"R2-D2"' in ran.stdout
+
+
+def test_a_link_that_drops_in_a_sweep_keeps_what_was_found(stage):
+    faults = Faults(drop_at_write=40)
+    peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=faults)
+    with FakeBlueZ([peripheral]) as bluez:
+        ran = probe(bluez, "sweep", "--did", "0x13", "--format", "jsonl", "-d", NEW)
+    assert ran.returncode == 4, ran.stderr
+    rows = lines(ran.stdout)
+    assert rows[-1]["type"] == "summary"
+    assert rows[-1]["complete"] is False
+    assert any(row["type"] == "finding" and row["outcome"] == "exists" for row in rows)
+    assert "lost" in ran.stderr or "closed" in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def one_line(ran: "subprocess.CompletedProcess[str]", said: str) -> None:
+    first, *more = ran.stderr.splitlines()
+    assert said in ran.stderr
+    assert first.startswith("sphero-probe: ")
+    assert len(more) <= 1
+    assert "Traceback" not in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("faults", "code", "said"),
+    [
+        pytest.param({"never_resolves": True}, 4, "connect: no answer in time", id="services-never-resolve"),
+        pytest.param({"gone_after_scan": True}, 3, "not there any more", id="gone-after-scan"),
+        pytest.param({"missing": frozenset({V2_API})}, 4, "no Sphero V2 API", id="characteristic-missing"),
+        pytest.param({"connect_hangs": True}, 4, "connect: no answer in time", id="connect-hangs"),
+    ],
+)
+def test_what_fails_while_connecting_is_named(stage, faults, code, said):
+    peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=Faults(**faults))
+    with FakeBlueZ([peripheral]) as bluez:
+        ran = probe(bluez, "info", "-d", NEW, "--connect-timeout", "0.5")
+    assert ran.returncode == code, ran.stderr
+    one_line(ran, said)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        pytest.param(lambda: FakeBlueZ([], adapters=()), "no Bluetooth adapter", id="no-adapter"),
+        pytest.param(
+            lambda: FakeBlueZ([], adapters=(Adapter(powered=False),)), "switched off", id="powered-off"
+        ),
+        pytest.param(
+            lambda: FakeBlueZ([], faults=BusFaults(absent=True)), "BlueZ is not running", id="no-bluez"
+        ),
+        pytest.param(
+            lambda: FakeBlueZ([], faults=BusFaults(errors={"*": ACCESS_DENIED})), "denied", id="denied"
+        ),
+    ],
+)
+def test_a_machine_without_bluetooth_says_so(make: Callable[[], FakeBlueZ], said):
+    with make() as bluez:
+        ran = probe(bluez, "scan", "--timeout", "0.3")
+    assert ran.returncode == 9, ran.stderr
+    one_line(ran, said)
+
+
+def test_no_bus_at_all():
+    env = {**os.environ, "DBUS_SYSTEM_BUS_ADDRESS": "unix:path=/no/such/socket"}
+    ran = subprocess.run(
+        [sys.executable, "-m", "sphero_probe", "scan"],
+        env=env,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert ran.returncode == 9
+    one_line(ran, "no system bus")
+
+
+def test_several_robots_are_never_chosen_from(stage):
+    robots = [stage.robot("bolt-plus", NEW, gate=False), stage.robot("bolt", OLD)]
+    with FakeBlueZ(robots) as bluez:
+        ran = probe(bluez, "info", "--connect-timeout", "0.5")
+    assert ran.returncode == 3
+    one_line(ran, "2 robots are near")

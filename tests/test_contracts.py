@@ -1,0 +1,78 @@
+"""The architecture holds: layers import one way, and what starts quickly stays light."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from importlinter.cli import lint_imports
+
+from sphero_probe import __version__
+from sphero_probe.cli import options, output
+from sphero_probe.cli.group import COMMANDS, LazyGroup, group
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.reports.registry import FORMATS
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "sphero_probe"
+HEAVY = ("asyncio", "bleak", "rich", "serialx")
+
+
+def test_layers_import_one_way(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    assert lint_imports(cache_dir=None) == 0, capsys.readouterr().out
+
+
+def imported_by(*arguments: str) -> set[str]:
+    code = f"import sys; sys.argv = ['sphero-probe', *{arguments!r}]\n"
+    code += "from sphero_probe.cli import main\ntry: main()\nexcept SystemExit: pass\n"
+    code += "print('\\n'.join(['IMPORTED', *sys.modules]))"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(ran.stdout.split("IMPORTED\n")[1].split())
+
+
+def test_version_needs_not_even_click():
+    assert not {*HEAVY, "click"} & imported_by("--version")
+
+
+@pytest.mark.parametrize("command", [(), *((name,) for name in COMMANDS), ("plan", "check")], ids=" ".join)
+def test_help_needs_nothing_heavy(command):
+    modules = imported_by(*command, "--help")
+    assert "click" in modules
+    assert not {*HEAVY, "sphero_probe.catalogue", "sphero_probe.link"} & modules
+
+
+def test_a_sweep_of_a_fake_needs_no_bleak():
+    assert "bleak" not in imported_by("explain", "0x05")
+    assert "bleak" not in imported_by("sweep", "--did", "0x13", "--device", "fake:bolt", "--format", "plain")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_has_help_with_an_example(cli, name):
+    assert isinstance(group, LazyGroup)
+    ran = cli(name, "--help")
+    assert ran.code == 0
+    assert COMMANDS[name].rstrip(".").split()[0] in ran.out or name == "plan"
+    if name != "plan":
+        assert f"Example: sphero-probe {name}" in ran.out
+
+
+def test_the_light_copies_of_words_agree_with_their_homes():
+    assert tuple(FORMATS) == output.FORMATS
+    assert tuple(risk.word for risk in Risk) == options.RISKS
+
+
+def test_version(cli, capsys):
+    assert cli("--version").out == f"sphero-probe {__version__}\n"
+
+
+def test_above_the_catalogue_nobody_asks_which_generation():
+    for layer in ("link", "probing", "reports"):
+        for file in (PACKAGE / layer).rglob("*.py"):
+            assert "Generation.V" not in file.read_text(encoding="utf-8"), file
+
+
+def test_modules_stay_small():
+    for file in PACKAGE.rglob("*.py"):
+        if not file.name.startswith("rows_"):
+            assert len(file.read_text(encoding="utf-8").splitlines()) <= 330, file
