@@ -1,10 +1,11 @@
 """A conversation on the event loop: commands in, exchanges out, one reader, one watcher, a window."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections import deque
+from collections.abc import Callable
+from math import inf
 from types import TracebackType
-from typing import Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
@@ -19,6 +20,26 @@ WINDOW: Final = 4
 """Commands in flight at most: what every robot's queue is known to bear."""
 TIMEOUT: Final = 1.0
 """Seconds until a command counts as silent, unless the caller says otherwise."""
+
+
+_TICK: Final = 1e-6
+
+
+class _Claim(NamedTuple):
+    """A place in the window with a sequence number: the frame to send and where its answer will be."""
+
+    seq: int
+    frame: bytes
+    answer: "asyncio.Future[Exchange]"
+
+
+class _Waiter(NamedTuple):
+    """Who waits in line for a place."""
+
+    command: Command
+    timeout: float
+    alone: bool
+    turn: "asyncio.Future[_Claim]"
 
 
 def _ignore(_: Aside) -> None:
@@ -48,14 +69,14 @@ class Link:
         self.codec = codec
         self.frames_sent = 0
         self.on_aside = on_aside
+        self.window = window
         self._transport = transport
         self._tracker = Tracker(codec)
         self._timeout = timeout
-        self.window = window
+        self._queue: deque[_Waiter] = deque()
         self._in_flight = 0
         self._someone_alone = False
-        self._place_freed = asyncio.Condition()
-        self._futures: dict[int, asyncio.Future[Exchange]] = {}
+        self._answers: dict[int, asyncio.Future[Exchange]] = {}
         self._lost: LinkLostError | None = None
         self._reader: asyncio.Task[None] | None = None
         self._watcher: asyncio.TimerHandle | None = None
@@ -100,49 +121,66 @@ class Link:
         if reason := self.guard.why_not(command):
             return Refused(command, self.guard.assess(command).risk, reason)
         alone = alone or self.guard.assess(command).risk > Risk.PROBE
-        async with self._place(alone=alone):
-            seq, frame = await self._claim(command, timeout or self._timeout)
-            future: asyncio.Future[Exchange] = asyncio.get_running_loop().create_future()
-            self._futures[seq] = future
-            self._watch()
+        claim = await self._wait_in_line(command, timeout or self._timeout, alone=alone)
+        try:
             self.frames_sent += 1
-            try:
-                await self._transport.write(frame)
-                return await future
-            except LinkLostError as error:
-                self._futures.pop(seq, None)
-                self._lose(error)
-                raise
-            finally:
-                self._futures.pop(seq, None)
+            await self._transport.write(claim.frame)
+            return await claim.answer
+        except LinkLostError as error:
+            self._lose(error)
+            raise
+        finally:
+            self._leave(claim)
 
-    @asynccontextmanager
-    async def _place(self, *, alone: bool) -> AsyncIterator[None]:
-        """Wait for a place in the window, or for the whole of it."""
-        async with self._place_freed:
-            await self._place_freed.wait_for(
-                lambda: not self._someone_alone and self._in_flight < (1 if alone else self.window)
-            )
+    async def _wait_in_line(self, command: Command, timeout: float, *, alone: bool) -> _Claim:
+        """Wait for a place in the window, in the order of asking, and claim a sequence number."""
+        if self._lost:
+            raise self._lost
+        waiter = _Waiter(command, timeout, alone, asyncio.get_running_loop().create_future())
+        self._queue.append(waiter)
+        self._admit()
+        try:
+            return await waiter.turn
+        except asyncio.CancelledError:
+            if waiter.turn.done() and not waiter.turn.cancelled() and not waiter.turn.exception():
+                self._leave(waiter.turn.result())
+            raise
+
+    def _admit(self) -> None:
+        """Let the first in line go while there is a place and a number; who goes alone holds up the rest."""
+        loop = asyncio.get_running_loop()
+        while self._queue:
+            command, timeout, alone, turn = self._queue[0]
+            if turn.done():
+                self._queue.popleft()
+                continue
+            limit = 1 if alone else self.window
+            if (
+                self._someone_alone
+                or self._in_flight >= limit
+                or self._tracker.free_at(loop.time()) > loop.time()
+            ):
+                break
+            self._queue.popleft()
+            try:
+                seq, frame = self._tracker.ask(command, now=loop.time(), timeout=timeout)
+            except ValueError as error:
+                turn.set_exception(error)
+                continue
             self._in_flight += 1
             self._someone_alone = alone
-        try:
-            yield
-        finally:
-            async with self._place_freed:
-                self._in_flight -= 1
-                self._someone_alone = False
-                self._place_freed.notify_all()
+            self._answers[seq] = loop.create_future()
+            turn.set_result(_Claim(seq, frame, self._answers[seq]))
+        self._watch()
 
-    async def _claim(self, command: Command, timeout: float) -> tuple[int, bytes]:
-        """Claim a sequence number; when all rest, wait for the first that is rested."""
-        loop = asyncio.get_running_loop()
-        while True:
-            if self._lost:
-                raise self._lost
-            free_at = self._tracker.free_at(loop.time())
-            if free_at <= loop.time():
-                return self._tracker.ask(command, now=loop.time(), timeout=timeout)
-            await asyncio.sleep(free_at - loop.time())
+    def _leave(self, claim: _Claim) -> None:
+        """Give the place back; an answer that still comes is nobody's."""
+        self._answers.pop(claim.seq, None)
+        if not claim.answer.cancel() and not claim.answer.cancelled():
+            claim.answer.exception()  # seen: it may have come while the write was stuck
+        self._in_flight -= 1
+        self._someone_alone = False
+        self._admit()
 
     async def _read(self) -> None:
         loop = asyncio.get_running_loop()
@@ -157,30 +195,37 @@ class Link:
             self._lose(LinkLostError("the robot closed the connection"))
 
     def _watch(self) -> None:
-        """Set the one timer to the next deadline."""
+        """Set the one timer to what comes next: a deadline, or a rested number that somebody waits for."""
         if self._watcher:
             self._watcher.cancel()
-        deadline = self._tracker.next_deadline()
+            self._watcher = None
         loop = asyncio.get_running_loop()
-        self._watcher = None if deadline is None else loop.call_at(deadline, self._expire)
+        moments = [self._tracker.next_deadline()]
+        if self._queue and (rested := self._tracker.free_at(loop.time())) > loop.time():
+            moments.append(rested)
+        due = min((moment for moment in moments if moment is not None), default=inf)
+        if due < inf and not self._lost:
+            self._watcher = loop.call_at(max(due, loop.time() + _TICK), self._on_time)
 
-    def _expire(self) -> None:
-        # the clock's resolution may let the timer fire a hair early: look a microsecond ahead
-        now = asyncio.get_running_loop().time() + 1e-6
+    def _on_time(self) -> None:
+        now = asyncio.get_running_loop().time() + _TICK  # a timer may fire a hair early
         for event in self._tracker.expire(now=now):
             self._deliver(event)
-        self._watch()
+        self._admit()
 
     def _deliver(self, event: Exchange | Aside) -> None:
         if isinstance(event, Answered | Silent):
-            future = self._futures.get(event.seq)
-            if future and not future.done():
-                future.set_result(event)
+            answer = self._answers.get(event.seq)
+            if answer and not answer.done():
+                answer.set_result(event)
         elif not isinstance(event, Refused):
             self.on_aside(event)
 
     def _lose(self, error: LinkLostError) -> None:
+        """Tell everybody who waits, in line or for an answer."""
         self._lost = self._lost or error
-        for future in self._futures.values():
+        waiting: list[asyncio.Future[Any]] = [waiter.turn for waiter in self._queue]
+        self._queue.clear()
+        for future in (*waiting, *self._answers.values()):
             if not future.done():
                 future.set_exception(self._lost)
