@@ -1,4 +1,4 @@
-"""The conversation on a virtual clock: the window, going alone, silence, loss, and people who change their minds."""
+"""The conversation on a virtual clock: the window, going alone, silence, loss, and changes of mind."""
 
 import asyncio
 from contextlib import asynccontextmanager, suppress
@@ -185,13 +185,15 @@ def test_silent_commands_free_their_place():
         async with linked(never, window=2) as (link, line):
             exchanges = await ask_all(link, [BATTERY] * 6, timeout=0.5)
             assert all(isinstance(exchange, Silent) for exchange in exchanges)
-            assert [when for when, _ in line.requests] == pytest.approx([0.0, 0.0, 0.5, 0.5, 1.0, 1.0], abs=1e-5)
+            assert [when for when, _ in line.requests] == pytest.approx(
+                [0.0, 0.0, 0.5, 0.5, 1.0, 1.0], abs=1e-5
+            )
 
     run(scenario())
 
 
 def overlaps(line, command, delay):
-    """How many other requests were under way together with one of this command, all answered after ``delay``."""
+    """How many other requests were under way with one of this command, all answered after ``delay``."""
     return sum(
         abs(when - other_time) < delay
         for when, request in line.requests
@@ -314,7 +316,9 @@ def test_silence(of_link, of_ask, waited):
         async with linked(never, **of_link) as (link, _):
             await asyncio.sleep(100.0)
             silent = await link.ask(BATTERY, **of_ask)
-            assert silent == Silent(BATTERY, 0, V2.encode_command(BATTERY, 0), pytest.approx(waited, abs=1e-5))
+            assert silent == Silent(
+                BATTERY, 0, V2.encode_command(BATTERY, 0), pytest.approx(waited, abs=1e-5)
+            )
             assert clock() == pytest.approx(100.0 + waited, abs=1e-5)
 
     run(scenario())
@@ -363,7 +367,10 @@ def test_a_lost_link_reaches_everybody(happens, reason):
     async def scenario():
         async with linked(never, window=2) as (link, line):
             asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(5)]
-            asking += [asyncio.create_task(link.ask(VOLTAGE, alone=True)), asyncio.create_task(link.ask(SLEEP))]
+            asking += [
+                asyncio.create_task(link.ask(VOLTAGE, alone=True)),
+                asyncio.create_task(link.ask(SLEEP)),
+            ]
             await asyncio.sleep(0.25)
             happens(line)
             ends = await asyncio.gather(*asking, return_exceptions=True)
@@ -434,14 +441,65 @@ def test_leaving_ends_what_still_waits():
 
 
 def test_leaving_in_the_middle_of_trouble():
+    asking = []
+
+    async def trouble():
+        async with linked(never) as (link, _):
+            asking.append(asyncio.create_task(link.ask(BATTERY)))
+            await asyncio.sleep(0.25)
+            raise ZeroDivisionError
+
     async def scenario():
         with pytest.raises(ZeroDivisionError):
-            async with linked(never) as (link, _):
-                asking = asyncio.create_task(link.ask(BATTERY))
-                await asyncio.sleep(0.25)
-                raise ZeroDivisionError
+            await trouble()
         with pytest.raises(LinkLostError):
-            await asking
+            await asking[0]
+
+    run(scenario())
+
+
+@pytest.mark.parametrize(
+    ("happens", "reason"),
+    [
+        pytest.param(say_nothing_more, "closed the connection", id="the robot closes"),
+        pytest.param(break_the_line, "torn off", id="reading fails"),
+    ],
+)
+def test_waiting_for_the_end(happens, reason):
+    async def scenario():
+        async with linked(after(0.25)) as (link, line):
+            hasty, patient = asyncio.create_task(link.closed()), asyncio.create_task(link.closed())
+            await asyncio.sleep(0.25)
+            await cancel(hasty)
+            assert isinstance(await link.ask(BATTERY), Answered)
+            happens(line)
+            with pytest.raises(LinkLostError, match=reason):
+                await patient
+            with pytest.raises(LinkLostError, match=reason):
+                await link.closed()
+            assert clock() == 0.5
+
+    run(scenario())
+
+
+def test_waiting_for_the_end_of_a_link_that_is_left():
+    async def scenario():
+        async with linked(after(0.25)) as (link, _):
+            patient = asyncio.create_task(link.closed())
+            await asyncio.sleep(0.25)
+        with pytest.raises(LinkLostError):
+            await patient
+        with pytest.raises(LinkLostError, match="closed"):
+            await link.closed()
+
+    run(scenario())
+
+
+def test_a_link_that_never_stood_has_ended():
+    async def scenario():
+        link = Link(Line(never), V2, Guard(Generation.V2, None, Consent()))
+        with pytest.raises(LinkLostError):
+            await link.closed()
 
     run(scenario())
 
@@ -520,11 +578,10 @@ def test_half_a_frame_is_given_up_with_the_command_it_blocks():
 
 def test_when_all_sequence_numbers_rest_the_next_command_waits():
     async def scenario():
-        robot = never
-        async with linked(lambda request: robot(request), window=255) as (link, line):
+        async with linked(never, window=255) as (link, line):
             await ask_all(link, [BATTERY] * 255, timeout=0.5)
             assert sorted(line.seqs) == list(range(255))
-            robot = after(0.125)
+            line.robot = after(0.125)
             exchange = await link.ask(BATTERY)
             assert isinstance(exchange, Answered)
             assert line.requests[-1][0] == pytest.approx(0.5 + REST, abs=1e-4)
@@ -535,10 +592,9 @@ def test_when_all_sequence_numbers_rest_the_next_command_waits():
 
 def test_who_waits_for_a_number_gets_one_each():
     async def scenario():
-        robot = never
-        async with linked(lambda request: robot(request), window=255) as (link, line):
+        async with linked(never, window=255) as (link, line):
             await ask_all(link, [BATTERY] * 255, timeout=0.5)
-            robot = after(0.125)
+            line.robot = after(0.125)
             exchanges = await ask_all(link, [BATTERY] * 300)
             assert all(isinstance(exchange, Answered) for exchange in exchanges)
             assert len(line.requests) == 555
@@ -611,6 +667,22 @@ def test_giving_up_waiting_for_a_place():
     run(scenario())
 
 
+def test_giving_up_being_the_next_alone_lets_the_others_go():
+    async def scenario():
+        async with linked(after(1.0), window=3) as (link, line):
+            first = asyncio.create_task(link.ask(BATTERY))
+            alone = asyncio.create_task(link.ask(VOLTAGE, alone=True))
+            await asyncio.sleep(0)
+            behind = [asyncio.create_task(link.ask(BATTERY)) for _ in range(3)]
+            await asyncio.sleep(0.25)
+            await cancel(alone)
+            await asyncio.gather(first, *behind)
+            assert line.commands == [BATTERY] * 4
+            assert [when for when, _ in line.requests] == [0.0, 0.25, 0.25, 1.0]
+
+    run(scenario())
+
+
 def test_giving_up_being_alone():
     async def scenario():
         async with linked(after(0.5), window=3) as (link, line):
@@ -656,6 +728,29 @@ def test_giving_up_at_any_moment_leaks_no_place():
             exchanges = await ask_all(link, [BATTERY] * 10)
             assert all(isinstance(exchange, Answered) for exchange in exchanges)
             assert (line.most_unanswered, clock() - began) == (2, 5 * 0.25)
+
+    run(scenario())
+
+
+@pytest.mark.parametrize("steps", range(10))
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_giving_up_just_as_the_answer_comes(steps, number):
+    async def scenario():
+        async with linked(after(0.5), window=1) as (link, line):
+            asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(3)]
+            await asyncio.sleep(0.5)
+            for _ in range(steps):
+                await asyncio.sleep(0)
+            asking[number].cancel()
+            await asyncio.gather(*asking, return_exceptions=True)
+            left = [task for task in asking if not task.cancelled()]
+            assert all(isinstance(task.result(), Answered) for task in left)
+            assert len(left) >= 2
+            await asyncio.sleep(1.0)
+            line.most_unanswered = 0
+            began = clock()
+            await ask_all(link, [BATTERY] * 3)
+            assert (line.most_unanswered, clock() - began) == (1, 1.5)
 
     run(scenario())
 

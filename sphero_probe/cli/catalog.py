@@ -22,7 +22,7 @@ def command(output: Output, pattern: str | None, model: str | None) -> None:
     from sphero_probe.reports.rows import command_row
     from sphero_probe.reports.views import COMMANDS
 
-    rows = all_rows(Generation.V2)
+    rows = tuple(row for generation in Generation for row in all_rows(generation))
     if model is not None:
         rows = commands_of(robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")])
 

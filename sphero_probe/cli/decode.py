@@ -37,12 +37,10 @@ def command(output: Output, inputs: tuple[str, ...]) -> None:
             decoder = codec.decoder(Role.WITNESS)
             for chunk in stream:
                 total += len(chunk)
-                half = [] if chunk else [decoder.give_up()]
-                for packet in (*decoder.feed(chunk), *half):
-                    if packet is not None:
-                        bad += isinstance(packet, Malformed)
-                        good += not isinstance(packet, Malformed)
-                        report.add(packet_row(packet, codec.generation, codec.frame_of(packet)))
+                for packet in decoder.feed(chunk) if chunk else decoder.give_up():
+                    bad += isinstance(packet, Malformed)
+                    good += not isinstance(packet, Malformed)
+                    report.add(packet_row(packet, codec.generation, codec.frame_of(packet)))
     if not good:
         raise BadInputFileError(
             f"no packet in {total} bytes ({bad} malformed)", "a V2 packet starts with 8d and ends with d8"

@@ -5,7 +5,7 @@ from itertools import count
 
 import click
 
-from sphero_probe.catalogue import lookup, robot_by_prefix
+from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.probing.asking import payload_for
@@ -13,20 +13,6 @@ from sphero_probe.probing.plan import Plan, probes_of
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.rows import Row, planned_row
-from sphero_probe.transports.registry import DeviceAddress
-
-
-def model_behind(address: DeviceAddress) -> Robot | None:
-    """Return the robot that an address tells of without touching it, None where it does not.
-
-    Raises:
-        UsageError: a ``fake:`` address that makes no sense.
-    """
-    if address.scheme == "fake":
-        from sphero_probe.simulator import parse_settings
-
-        return parse_settings(address.rest).model
-    return robot_by_prefix(address.rest)
 
 
 def planned_rows(

@@ -13,6 +13,7 @@ COMMANDS: Final[dict[str, str]] = {
     "sweep": "Probe ranges of commands, or a plan, and tell what exists.",
     "send": "Send one command and show the answer.",
     "led": "Set lamps.",
+    "listen": "Show what a robot says unasked, as it comes.",
     "decode": "Decode packets from arguments, files or standard input.",
     "explain": "Explain an error code or a command.",
     "catalog": "List the known commands.",

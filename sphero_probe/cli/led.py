@@ -42,20 +42,20 @@ def command(
     """
     from sphero_probe.catalogue.risk import Risk
     from sphero_probe.cli.session import consent_of
-    from sphero_probe.cli.single import send_single, show_dry
+    from sphero_probe.cli.single import send_each, show_dry
 
     wanted = _wanted(front, back, lamps)
     if not wanted and not off:
         raise UsageError("no lamp is named", "try: sphero-probe led --front ff0000, or --off")
 
-    def make(robot: "Robot | None", port: int) -> "Command":
-        return _led_command(wanted, robot, port, target, off=off)
+    def make(robot: "Robot | None", port: int) -> "tuple[Command, ...]":
+        return (_led_command(wanted, robot, port, target, off=off),)
 
     consent = consent_of(allow, confirm, Risk.WRITE)  # setting lamps is what was asked for
     if dry_run:
         show_dry(output, device, consent, make)
     else:
-        send_single(output, device, consent, make, **connecting)
+        send_each(output, device, consent, make, **connecting)
 
 
 def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict[str, tuple[int, int, int]]:

@@ -43,13 +43,12 @@ def show(output: Output, file: str, model: str | None) -> None:
     from sphero_probe.cli.session import consent_of
     from sphero_probe.cli.words import choose
     from sphero_probe.probing.shelf import find_plan
-    from sphero_probe.protocol.packets import Generation
     from sphero_probe.reports.views import PLANNED
 
     plan = find_plan(file)
     word = model or (plan.robots[0] if plan.robots else "bolt-plus")
     robot = robot_by_word(word) or ROBOTS[choose(word, ROBOTS, "robot")]
-    output.show(PLANNED, planned_rows(plan, Generation.V2, robot, consent_of(()), None))
+    output.show(PLANNED, planned_rows(plan, robot.generation, robot, consent_of(()), None))
 
 
 @command.command("check")

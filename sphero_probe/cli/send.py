@@ -10,7 +10,7 @@ from sphero_probe.errors import UsageError
 
 if TYPE_CHECKING:
     from sphero_probe.catalogue.model import Robot
-    from sphero_probe.protocol.packets import Command
+    from sphero_probe.protocol.packets import Command, Generation
 
 
 @click.command("send")
@@ -34,53 +34,64 @@ def command(
 
     Example: sphero-probe send power.get_battery_percentage --device fake:bolt-plus
     """
-    from sphero_probe.catalogue.model import Robot
-    from sphero_probe.cli.session import consent_of
-    from sphero_probe.cli.single import send_single, show_dry
-    from sphero_probe.protocol.packets import Command
+    from sphero_probe.cli.session import address_of, consent_of, generation_behind
+    from sphero_probe.cli.single import send_each, show_dry
 
-    did, cid, payload = _parse(what)
+    asked = parse_command(what, generation_behind(address_of(device)))
 
-    def make(robot: Robot | None, port: int) -> Command:
-        return _complete(Command(did, cid, payload or b""), robot, port, target, given=payload is not None)
+    def make(robot: "Robot | None", port: int) -> "tuple[Command, ...]":
+        return (complete(asked, robot, port, target),)
 
     consent = consent_of(allow, confirm)
     if dry_run:
         show_dry(output, device, consent, make)
     else:
-        send_single(output, device, consent, make, **connecting)
+        send_each(output, device, consent, make, **connecting)
 
 
-def _parse(what: tuple[str, ...]) -> tuple[int, int, bytes | None]:
-    """Take apart ``0x13 0x10 [HEX]``, ``0x13:0x10 [HEX]`` or ``NAME [HEX]``."""
+def parse_command(what: tuple[str, ...], generation: "Generation") -> tuple[int, int, bytes | None]:
+    """Return DID, CID and argument bytes (None where none are given) of words.
+
+    Args:
+        what: ``0x13 0x10 [HEX]``, ``0x13:0x10 [HEX]`` or ``NAME [HEX]``.
+        generation: whose names count.
+
+    Raises:
+        UsageError: it makes no sense.
+    """
     from sphero_probe.cli.words import command_id, device_id, hex_bytes, pair
-    from sphero_probe.protocol.packets import Generation
 
+    if not what:
+        raise UsageError("send what?", "write: send 0x13 0x10")
     first, *rest = what
     if first[:1].isdigit() and ":" not in first:
         if not rest:
             raise UsageError("send what? a DID alone is no command", "write: send 0x13 0x10")
-        did, cid = device_id(first, Generation.V2), command_id(rest.pop(0), Generation.V2)
+        did, cid = device_id(first, generation), command_id(rest.pop(0), generation)
     else:
-        did, cid = pair(first, Generation.V2)
+        did, cid = pair(first, generation)
     return did, cid, hex_bytes("".join(rest), "payload") if rest else None
 
 
-def _complete(
-    command: "Command", robot: "Robot | None", port: int, target: str | None, *, given: bool
+def complete(
+    asked: tuple[int, int, bytes | None], robot: "Robot | None", port: int, target: str | None
 ) -> "Command":
-    """Fill in the node, and the arguments that a documented read is asked with."""
+    """Return the command with its node; without argument bytes it must be one that takes none.
+
+    Raises:
+        UsageError: it takes arguments, or there is no node of that name.
+    """
     from sphero_probe.catalogue import lookup
     from sphero_probe.cli.words import node
-    from sphero_probe.protocol.packets import Generation
+    from sphero_probe.protocol.packets import Command, Generation
 
-    row = lookup(Generation.V2, command.did, command.cid, robot)
+    did, cid, payload = asked
+    row = lookup(robot.generation if robot else Generation.V2, did, cid, robot)
     address = node(target, robot, port)
     if target is None and address is not None and robot and row and (nodes := row.nodes.get(robot.key)):
         address = port << 4 | nodes[0]
-    command = command._replace(target=address)
-    if given or row is None or row.request is None or row.request.accepts(0):
-        return command
-    raise UsageError(
-        f"{row.name} takes arguments: {row.request.text}", "give them as hex bytes after the command"
-    )
+    if payload is None and row and row.request and not row.request.accepts(0):
+        raise UsageError(
+            f"{row.name} takes arguments: {row.request.text}", "give them as hex bytes after the command"
+        )
+    return Command(did, cid, payload or b"", address)

@@ -7,10 +7,13 @@ from typing import NamedTuple
 
 import click
 
+from sphero_probe.catalogue import robot_by_prefix
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.link.link import Link
 from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Generation
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
 
@@ -35,6 +38,29 @@ def address_of(device: str) -> DeviceAddress:
         UsageError: the address makes no sense.
     """
     return parse_address(device) if device else DeviceAddress("ble", "")
+
+
+def model_behind(address: DeviceAddress) -> Robot | None:
+    """Return the robot that an address tells of without touching it, None where it does not.
+
+    Raises:
+        UsageError: a ``fake:`` address that makes no sense.
+    """
+    if address.scheme == "fake":
+        from sphero_probe.simulator import parse_settings
+
+        return parse_settings(address.rest).model
+    return robot_by_prefix(address.rest)
+
+
+def generation_behind(address: DeviceAddress) -> Generation:
+    """Return the protocol that an address tells of; V2 where it does not, as most robots speak it.
+
+    Raises:
+        UsageError: a ``fake:`` address that makes no sense.
+    """
+    robot = model_behind(address)
+    return robot.generation if robot else Generation.V2
 
 
 @asynccontextmanager

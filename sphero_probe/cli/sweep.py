@@ -9,6 +9,7 @@ from sphero_probe.cli.output import Output
 
 if TYPE_CHECKING:
     from sphero_probe.probing.plan import Plan
+    from sphero_probe.protocol.packets import Generation
 
 
 @click.command("sweep")
@@ -40,30 +41,32 @@ def command(
 
     Example: sphero-probe sweep --did 0x13 --device fake:bolt-plus
     """
-    from sphero_probe.cli.dry_run import model_behind, planned_rows, tell_dry_run
+    from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
     from sphero_probe.cli.running import run_plan
-    from sphero_probe.cli.session import address_of, consent_of
+    from sphero_probe.cli.session import address_of, consent_of, generation_behind, model_behind
     from sphero_probe.cli.words import node
-    from sphero_probe.protocol.packets import Generation
     from sphero_probe.reports.views import PLANNED
 
-    plan = _plan(did, cid, plan_file, payload)
+    place = address_of(device)
+    generation = generation_behind(place)
+    plan = _plan(generation, did, cid, plan_file, payload)
     consent = consent_of(allow, confirm)
     if dry_run:
-        robot = model_behind(address_of(device))
-        address = node(target, robot, 1)
+        robot = model_behind(place)
         tell_dry_run()
-        output.show(PLANNED, planned_rows(plan, Generation.V2, robot, consent, address))
+        rows = planned_rows(plan, generation, robot, consent, node(target, robot, 1))
+        output.show(PLANNED, rows)
         return
     run_plan(plan, output, device, consent, target, **connecting)
 
 
-def _plan(did: str | None, cid: str | None, plan_file: str | None, payload: str | None) -> "Plan":
+def _plan(
+    generation: "Generation", did: str | None, cid: str | None, plan_file: str | None, payload: str | None
+) -> "Plan":
     from sphero_probe.cli.words import hex_bytes, id_range
     from sphero_probe.errors import UsageError
     from sphero_probe.probing.plan import Plan, sweep
     from sphero_probe.probing.shelf import find_plan
-    from sphero_probe.protocol.packets import Generation
 
     if plan_file is not None:
         if did is not None or cid is not None or payload is not None:
@@ -71,8 +74,8 @@ def _plan(did: str | None, cid: str | None, plan_file: str | None, payload: str 
         return find_plan(plan_file)
     if did is None:
         raise UsageError("nothing to sweep", "try: sphero-probe sweep --did 0x13, or --plan hello")
-    dids = id_range(did, Generation.V2, devices=True)
-    cids = id_range(cid or "0x00-0xff", Generation.V2, devices=False)
+    dids = id_range(did, generation, devices=True)
+    cids = id_range(cid or "0x00-0xff", generation, devices=False)
     exact = None if payload is None else hex_bytes(payload, "--payload")
     probes = list(sweep(dids, cids, payload=exact))
     return Plan("sweep", f"DID {did}, CID {cid or '0x00-0xff'}", [probes])

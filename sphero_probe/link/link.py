@@ -97,6 +97,16 @@ class Link:
             await asyncio.wait([self._reader])
         self._lose(LinkLostError("the link was closed"))
 
+    async def closed(self) -> None:
+        """Wait until the robot is gone.
+
+        Raises:
+            LinkLostError: it is.
+        """
+        if self._reader:
+            await asyncio.wait([self._reader])
+        raise self._lost or LinkLostError("the link was closed")
+
     async def ask(
         self,
         command: Command,
@@ -144,6 +154,7 @@ class Link:
         except asyncio.CancelledError:
             if waiter.turn.done() and not waiter.turn.cancelled() and not waiter.turn.exception():
                 self._leave(waiter.turn.result())
+            self._admit()  # he may have held up those behind him
             raise
 
     def _admit(self) -> None:

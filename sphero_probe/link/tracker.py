@@ -5,7 +5,16 @@ from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Silent
 from sphero_probe.protocol.codec import Codec
-from sphero_probe.protocol.packets import Command, Malformed, Notification, Request, Response, Role, Verdict
+from sphero_probe.protocol.packets import (
+    Command,
+    Malformed,
+    Notification,
+    Packet,
+    Request,
+    Response,
+    Role,
+    Verdict,
+)
 
 REST: Final = 10.0
 """Seconds before the sequence number of a silent command is used again: its answer may still come."""
@@ -81,20 +90,13 @@ class Tracker:
     def hear(self, data: bytes, *, now: float) -> Iterator[Exchange | Aside]:
         """Take bytes from the robot and yield what they settle and what was said besides."""
         self._heard_at = now
-        for packet in self._decoder.feed(data):
-            if isinstance(packet, Response):
-                yield self._settle(packet, now)
-            elif isinstance(packet, Notification | Malformed):
-                yield packet
-            elif isinstance(packet, Request):  # a host's decoder makes none; kept total all the same
-                yield Malformed(b"", "a command came from the robot's side")
+        yield from self._make_of(self._decoder.feed(data), now)
 
     def expire(self, *, now: float) -> Iterator[Exchange | Aside]:
-        """Yield the commands whose time is up, and the half frame that blocks the line, if any."""
-        late = [seq for seq, asked in self._waiting.items() if asked.deadline <= now]
-        if late and now - self._heard_at >= QUIET and (half := self._decoder.give_up()):
-            yield half
-        for seq in late:
+        """Yield what a half frame held back, if one blocks the line, then the commands whose time is up."""
+        if now - self._heard_at >= QUIET and self._late(now):
+            yield from self._make_of(self._decoder.give_up(), now)
+        for seq in self._late(now):
             asked = self._waiting.pop(seq)
             silent = Silent(asked.command, seq, asked.sent, now - asked.at)
             self._settled[seq] = silent
@@ -104,6 +106,18 @@ class Tracker:
     def next_deadline(self) -> float | None:
         """Return when ``expire`` will next have something to say, None while nothing waits."""
         return min((asked.deadline for asked in self._waiting.values()), default=None)
+
+    def _late(self, now: float) -> list[int]:
+        return [seq for seq, asked in self._waiting.items() if asked.deadline <= now]
+
+    def _make_of(self, packets: list[Packet], now: float) -> Iterator[Exchange | Aside]:
+        for packet in packets:
+            if isinstance(packet, Response):
+                yield self._settle(packet, now)
+            elif isinstance(packet, Notification | Malformed):
+                yield packet
+            elif isinstance(packet, Request):  # a host's decoder makes none; kept total all the same
+                yield Malformed(b"", "a command came from the robot's side")
 
     def _settle(self, response: Response, now: float) -> Answered | Late:
         received = self._codec.encode_response(response)

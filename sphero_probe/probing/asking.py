@@ -80,6 +80,8 @@ class Asker:
             measured = await Calibration(self._link, command.target).measure()
             self.profiles[command.target] = measured
         barred = guard.why_not(command) or ""
+        if len(command.payload) > self._link.codec.max_payload:
+            barred = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
         return Asked(number, command, guard.assess(command).risk, row, barred), measured
 
     async def calibrate_for(self, probes: Iterable[Probe]) -> list[Profile]:

@@ -25,11 +25,13 @@ from typing import Final, NamedTuple
 
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.probing.finding import Finding
+from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 
 MAX_PROBES: Final = 4 * 65536
 """Probes in one stage: every DID and CID on four nodes. More is a plan that does not end."""
 MAX_STAGES: Final = 1000
+MAX_PAYLOAD: Final = max(codec.max_payload for codec in CODECS.values())
 PATIENCE = 5.0
 """Seconds that a plan's own code may take each time it runs."""
 MAX_FILE: Final = 1 << 20
@@ -94,19 +96,19 @@ def probes_of(plan: Plan, stage: Stage, findings: Sequence[Finding]) -> list[Pro
     Raises:
         BadInputFileError: the stage's code raises, does not end, or yields something else than probes.
     """
+    where = plan.file or plan.name
     with _watched(plan.file):
         made = stage(findings) if callable(stage) else stage
         probes = list(islice(made, MAX_PROBES + 1))
-    where = plan.file or plan.name
-    if len(probes) > MAX_PROBES:
-        raise BadInputFileError(f"{where}: a stage of more than {MAX_PROBES} probes")
-    for probe in probes:
-        if not isinstance(probe, Probe):
-            raise BadInputFileError(
-                f"{where}: a stage holds {_short(probe)}, not a Probe", "write Probe(Command(did, cid))"
-            )
-        if problem := _problem(probe.command):
-            raise BadInputFileError(f"{where}: {problem}", "write Probe(Command(0x13, 0x10))")
+        if len(probes) > MAX_PROBES:
+            raise BadInputFileError(f"{where}: a stage of more than {MAX_PROBES} probes")
+        for probe in probes:
+            if not isinstance(probe, Probe):
+                raise BadInputFileError(
+                    f"{where}: a stage holds {_short(probe)}, not a Probe", "write Probe(Command(did, cid))"
+                )
+            if problem := _problem(probe.command):
+                raise BadInputFileError(f"{where}: {problem}", "write Probe(Command(0x13, 0x10))")
     return probes
 
 
@@ -126,11 +128,12 @@ def load_plan(path: Path) -> Plan:
     space: dict[str, object] = {"__name__": f"probe_plan_{path.stem}", "__file__": str(path)}
     with _watched(path):
         exec(compile(source, str(path), "exec"), space)  # noqa: S102 - a plan is code that its user runs
-    plan = space.get("PLAN")
-    if not isinstance(plan, Plan):
-        said = "leaves no PLAN behind" if plan is None else f"leaves PLAN = {_short(plan)}, not a Plan"
-        raise BadInputFileError(f"{path}: {said}", "see: sphero-probe plan show hello")
-    return _checked(plan, path)
+        plan = space.get("PLAN")
+        if not isinstance(plan, Plan):
+            said = "leaves no PLAN behind" if plan is None else f"leaves PLAN = {_short(plan)}, not a Plan"
+            raise BadInputFileError(f"{path}: {said}", "see: sphero-probe plan show hello")
+        return _checked(plan, path)
+    raise AssertionError("the watch lets nothing pass silently")
 
 
 class _TooLong(BaseException):
@@ -153,15 +156,10 @@ def _watched(file: Path | None) -> Iterator[None]:
         raise BadInputFileError(
             f"{_place(error, file)}: still running after {PATIENCE:g} s", "a plan must end by itself"
         ) from error
-    except SyntaxError as error:
-        raise BadInputFileError(f"{file}:{error.lineno or 0}: {error.msg}") from error
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        text = str(error).partition("\n")[0]
-        raise BadInputFileError(
-            f"{_place(error, file)}: {type(error).__name__}{': ' if text else ''}{text}"
-        ) from error
+        raise BadInputFileError(f"{_place(error, file)}: {_said(error)}") from error
 
 
 @contextmanager
@@ -185,14 +183,29 @@ def _alarm() -> Iterator[None]:
 
 def _place(error: BaseException, file: Path | None) -> str:
     """The file and the innermost line of the plan in which an error arose."""
+    if isinstance(error, SyntaxError) and error.filename == str(file) and error.lineno:
+        return f"{file}:{error.lineno}"
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
     return f"{file}:{lines[-1]}" if lines else str(file or "plan")
+
+
+def _said(error: BaseException) -> str:
+    """An error's kind and the first line of its text."""
+    try:
+        text = str(error).partition("\n")[0]
+    except BaseException as mute:
+        if isinstance(mute, _TooLong | KeyboardInterrupt):
+            raise
+        text = ""
+    return f"{type(error).__name__}{': ' if text else ''}{text}"
 
 
 def _short(value: object) -> str:
     try:
         text = repr(value)
-    except Exception:  # noqa: BLE001 - a plan's object may raise anything
+    except BaseException as mute:
+        if isinstance(mute, _TooLong | KeyboardInterrupt):
+            raise
         text = f"a {type(value).__name__}"
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -208,7 +221,9 @@ def _problem(command: object) -> str:
         if not isinstance(value, int) or not 0 <= value <= 0xFF:
             return f"{name} is {_short(value)}, not a number from 0 to 255"
     payload: object = command.payload
-    return "" if isinstance(payload, bytes) else f"payload is {_short(payload)}, not bytes"
+    if not isinstance(payload, bytes):
+        return f"payload is {_short(payload)}, not bytes"
+    return "" if len(payload) <= MAX_PAYLOAD else f"payload of {len(payload)} bytes, no frame takes it"
 
 
 def _checked(plan: Plan, path: Path) -> Plan:
@@ -222,4 +237,7 @@ def _checked(plan: Plan, path: Path) -> Plan:
     for stage in stages:
         if not callable(stage) and not isinstance(stage, Iterable):
             raise BadInputFileError(f"{path}: a stage is {_short(stage)}, not probes and not a function")
-    return replace(plan, robots=tuple(plan.robots), file=path)
+    robots: object = plan.robots
+    if not isinstance(robots, list | tuple) or not all(isinstance(robot, str) for robot in robots):
+        raise BadInputFileError(f"{path}: a plan's robots are {_short(robots)}, not a tuple of keys")
+    return replace(plan, robots=tuple(robots), file=path)

@@ -20,6 +20,13 @@ def plan_files() -> list[Path]:
     return sorted(path for path in shelf().glob("*.py") if not path.name.startswith("_"))
 
 
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name longer than a name can be, a folder that may not be looked into
+        return False
+
+
 def find_plan(text: str) -> Plan:
     """Load the plan of this file, or the one of this name that comes with the tool.
 
@@ -27,7 +34,7 @@ def find_plan(text: str) -> Plan:
         BadInputFileError: there is none, or it is broken.
     """
     path = Path(text)
-    if not path.is_file():
+    if not _is_file(path):
         shipped = {file.stem: file for file in plan_files()}
         by_name = shipped.get(path.stem)
         if (

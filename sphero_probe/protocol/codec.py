@@ -5,7 +5,6 @@ from typing import Protocol
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
-    Malformed,
     Notification,
     Packet,
     Response,
@@ -21,8 +20,11 @@ class Decoder(Protocol):
         """Take the next bytes of the stream and return the packets that they complete."""
         ...
 
-    def give_up(self) -> Malformed | None:
-        """Drop a half frame because the line went quiet; None when nothing was held back."""
+    def give_up(self) -> list[Packet]:
+        """Return what is held back because the line went quiet: nothing is, after this.
+
+        That is a half frame as ``Malformed``, and the packets that a false length made it swallow.
+        """
         ...
 
 

@@ -97,14 +97,13 @@ class Deframer:
             packets += self._trim()
         return packets
 
-    def give_up(self) -> Malformed | None:
-        """Drop what is held back because the line went quiet; None when nothing is."""
+    def give_up(self) -> list[Packet]:
+        """Return what is held back because the line went quiet; no packet ever is."""
         held, self._pending = self._pending, b""
         if not held:
-            return None
-        return Malformed(
-            held, "the line went quiet inside a frame" if _SOP in held else "bytes outside a frame"
-        )
+            return []
+        reason = "the line went quiet inside a frame" if _SOP in held else "bytes outside a frame"
+        return [Malformed(held, reason)]
 
     def _trim(self) -> Iterator[Malformed]:
         """Let go of all that can become no frame: what stands before the last SOP, and what grew too long."""

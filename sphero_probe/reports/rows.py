@@ -10,7 +10,7 @@ from typing import NamedTuple, assert_never
 
 from sphero_probe.catalogue import lookup, rows_of
 from sphero_probe.catalogue.layout import Decoded
-from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Refused
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
@@ -136,16 +136,16 @@ def robot_row(seen: Seen) -> Row:
     )
 
 
-def packet_row(packet: Packet, generation: Generation, raw: bytes) -> Row:
+def packet_row(packet: Packet, generation: Generation, raw: bytes, robot: Robot | None = None) -> Row:
     """Return the row of a packet; keys that do not apply are left out.
 
-    ``name`` and ``fields`` are as the catalogue knows them without a robot in mind. ``note`` tells what does
-    not fit the catalogue's layout.
+    ``name`` and ``fields`` are as the catalogue knows them. ``note`` tells what does not fit its layout.
 
     Args:
         packet: the packet.
         generation: the protocol it was read by.
         raw: its frame.
+        robot: the model whose meaning of the pair counts, None where it is not known.
     """
     keys: dict[str, object]
     match packet:
@@ -160,18 +160,18 @@ def packet_row(packet: Packet, generation: Generation, raw: bytes) -> Row:
                 },
             )
         case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
-            known = _known(generation, did, cid, Kind.COMMAND)
+            known = _known(generation, (did, cid), Kind.COMMAND, robot)
             layout = known.request if known and known.kind is Kind.COMMAND else None
             keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
         case Response(seq, code, payload, did, cid, source, target):
-            known = _known(generation, did, cid, Kind.COMMAND)
+            known = _known(generation, (did, cid), Kind.COMMAND, robot)
             codec = CODECS[generation]
             success = codec.verdict(code) is Verdict.OK
             layout = known.response if known and known.kind is Kind.COMMAND and success else None
             keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
             keys["code_name"] = codec.code_name(code)
         case Notification(did, cid, payload, source, target, seq):
-            known = _known(generation, did, cid, Kind.NOTIFICATION)
+            known = _known(generation, (did, cid), Kind.NOTIFICATION, robot)
             layout = known.response if known and known.kind is Kind.NOTIFICATION else None
             keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
         case _:
@@ -191,12 +191,15 @@ def packet_row(packet: Packet, generation: Generation, raw: bytes) -> Row:
     return Row("packet", {"generation": generation.value} | present)
 
 
-def _known(generation: Generation, did: int | None, cid: int | None, kind: Kind) -> CommandRow | None:
+def _known(
+    generation: Generation, pair: tuple[int | None, int | None], kind: Kind, robot: Robot | None
+) -> CommandRow | None:
     """The catalogue's row of a pair, one in the given role where there is any."""
+    did, cid = pair
     if did is None or cid is None:
         return None
     fitting = (row for row in rows_of(generation, did, cid) if row.kind is kind)
-    likely = lookup(generation, did, cid, None)
+    likely = lookup(generation, did, cid, robot)
     return likely if likely is None or likely.kind is kind else next(fitting, likely)
 
 

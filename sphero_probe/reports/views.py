@@ -177,6 +177,9 @@ PACKETS: Final = View(
     "No packets.",
 )
 
+HEARD: Final = View("packet", (_both("time", whole=True), *PACKETS.columns), "Nothing was heard.")
+"""Packets with the time they came at, as ``listen`` shows them."""
+
 _COMMAND_RECORD: Final = (
     *_record("did", "cid", show=hex_id),
     *_record("name", "kind", "risk"),

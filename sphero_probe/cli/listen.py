@@ -1,0 +1,130 @@
+"""``listen``: a robot's address goes in, what it says unasked comes out as it comes."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from sphero_probe.cli.options import RISKS, device_options, output_options
+from sphero_probe.cli.output import Output
+
+if TYPE_CHECKING:
+    from sphero_probe.cli.session import Session
+    from sphero_probe.link.exchange import Aside
+    from sphero_probe.reports.registry import Report
+
+
+@click.command("listen")
+@click.option("--count", type=click.IntRange(min=1), metavar="N", help="Stop after N packets.")
+@click.option(
+    "--seconds", type=click.FloatRange(min=0.01), metavar="SECONDS", help="Stop after so much time."
+)
+@click.option(
+    "--send",
+    "commands",
+    multiple=True,
+    metavar="COMMAND",
+    help="Send this first, like 'power.wake' or '0x18 0x00 0096000000E000'; may be repeated.",
+)
+@click.option("--allow", multiple=True, type=click.Choice(RISKS), help="Allow a risk class, for --send.")
+@click.option("--confirm", default="", metavar="NAME", help="The robot's name, to allow the brick class.")
+@device_options
+@output_options
+def command(
+    output: Output,
+    count: int | None,
+    seconds: float | None,
+    commands: tuple[str, ...],
+    allow: tuple[str, ...],
+    confirm: str,
+    device: str,
+    **connecting: object,
+) -> None:
+    """Show notifications as they come, decoded, until Ctrl-C.
+
+    Most have to be switched on first; --send does that.
+
+    Example: sphero-probe listen --send power.wake --seconds 1 --device fake:bolt
+    """
+    from sphero_probe.cli.interrupts import Interrupts, run_interruptible
+    from sphero_probe.cli.session import consent_of, open_session
+    from sphero_probe.reports.views import HEARD
+
+    interrupts = Interrupts()
+    stop = asyncio.Event()
+
+    async def work() -> None:
+        interrupts.stop_politely(stop)
+        consent = consent_of(allow, confirm)
+        async with open_session(device, consent, **connecting) as session:  # type: ignore[arg-type]
+            lines = output if output.chosen or output.file else output._replace(chosen="plain")
+            with lines.report(HEARD) as report, _heard(session, report, count, stop):
+                for text in commands:
+                    await _send(session, text)
+                await _wait(session, stop, seconds)
+
+    run_interruptible(interrupts, work())
+
+
+@contextmanager
+def _heard(session: "Session", report: "Report", count: int | None, stop: asyncio.Event) -> Iterator[None]:
+    """Report every aside of the link as it comes, and stop after so many."""
+    from datetime import UTC, datetime
+
+    from sphero_probe.link.exchange import Late
+    from sphero_probe.reports.rows import packet_row
+
+    connection, link = session
+    left = count
+
+    def hear(aside: "Aside") -> None:
+        nonlocal left
+        if left == 0:
+            return
+        packet = aside.response if isinstance(aside, Late) else aside
+        row = packet_row(packet, connection.generation, link.codec.frame_of(packet), connection.robot)
+        time = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        report.add(row._replace(data={"time": time, **row.data}))
+        if left is not None:
+            left -= 1
+            if left == 0:
+                stop.set()
+
+    link.on_aside = hear
+    yield
+
+
+async def _send(session: "Session", text: str) -> None:
+    """Send a command that was given as words.
+
+    Raises:
+        SpheroProbeError: it makes no sense, was withheld, or the robot refused it.
+    """
+    from sphero_probe.cli.send import complete, parse_command
+    from sphero_probe.cli.single import complain
+    from sphero_probe.probing.single import ask_single
+
+    connection, link = session
+    asked = parse_command(tuple(text.split()), connection.generation)
+    finding = await ask_single(link, complete(asked, connection.robot, connection.port, None))
+    complain(finding, link.codec)
+
+
+async def _wait(session: "Session", stop: asyncio.Event, seconds: float | None) -> None:
+    """Wait for the end: enough heard, the time up, Ctrl-C, or the robot gone.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    ended = asyncio.create_task(stop.wait())
+    gone = asyncio.create_task(session.link.closed())
+    try:
+        done, _ = await asyncio.wait({ended, gone}, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        if gone in done:
+            gone.result()
+    finally:
+        ended.cancel()
+        gone.cancel()
+        await asyncio.gather(ended, gone, return_exceptions=True)

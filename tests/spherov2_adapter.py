@@ -1,0 +1,149 @@
+"""A fake robot behind spherov2's adapter interface: writes of a toy go in, what the robot says comes out."""
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent import futures
+from contextlib import contextmanager
+from queue import Empty, SimpleQueue
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import patch
+
+import spherov2.toy
+from spherov2.controls.v2 import Packet
+from spherov2.toy import Toy
+
+from sphero_probe.catalogue.robots import (
+    ANTI_DOS_CHARACTERISTIC,
+    ANTI_DOS_PHRASE,
+    API_CHARACTERISTIC,
+)
+from sphero_probe.simulator import FakeRobot
+
+_PATIENCE = 10.0
+"""Seconds of the real clock after which a thread counts as lost; a good run never waits that long."""
+
+
+class FakeAdapter:
+    """spherov2's adapter: ``write``, ``set_callback`` and ``close``; the clock jumps to what happens next.
+
+    The toy writes from its own thread. Everything else runs in the thread that waits for an answer: an answer
+    can therefore not come before somebody waits for it, which spherov2 would lose.
+
+    Attributes:
+        robot: what is connected; ``address`` stands for it as a scan result does.
+        now: seconds of the fake clock.
+        greetings: (characteristic, data) of every write that went elsewhere than to the API.
+        closed: ``close`` was called.
+    """
+
+    def __init__(self, robot: FakeRobot, address: str) -> None:
+        if address != robot.address:
+            raise LookupError(f"no robot at {address}")
+        self.robot = robot
+        self.now = 0.0
+        self.greetings: list[tuple[str, bytes]] = []
+        self.closed = False
+        self._callbacks: dict[str, Callable[[str, bytes], None]] = {}
+        self._written: SimpleQueue[bytes] = SimpleQueue()
+        self._arrived: deque[bytes] = deque()
+        self._frames = 0
+
+    def write(self, uuid: str, data: bytes) -> None:
+        """Take one write of the toy, from any thread."""
+        if uuid == API_CHARACTERISTIC:
+            self._written.put(bytes(data))
+        else:
+            self.greetings.append((uuid, bytes(data)))
+
+    def set_callback(self, uuid: str, callback: Callable[[str, bytes], None]) -> None:
+        """Hand over from now on what a characteristic notifies."""
+        self._callbacks[uuid] = callback
+
+    def close(self) -> None:
+        """Disconnect."""
+        self.closed = True
+
+    def run_until(self, done: Callable[[], bool], timeout: float | None) -> None:
+        """Let both talk until something is done, or the robot has heard a command and stays silent.
+
+        The toy has ``timeout`` seconds of the real clock to write.
+        """
+        before = self._frames
+        while not done():
+            if self._advance():
+                continue
+            if self._frames > before:
+                return
+            try:
+                self._hear(self._written.get(timeout=timeout))
+            except Empty:
+                return
+
+    def settle(self) -> None:
+        """Let everything arrive that is under way."""
+        while self._advance():
+            pass
+
+    def _advance(self) -> bool:
+        """Do the next thing that needs no waiting for the toy; False when there is none."""
+        if not self._written.empty():
+            self._hear(self._written.get())
+        elif self._arrived:
+            self._callbacks[API_CHARACTERISTIC](API_CHARACTERISTIC, self._arrived.popleft())
+        elif chunks := self.robot.speak(now=self.now):
+            self._arrived.extend(chunks)
+        elif (due := self.robot.next_time()) is not None:
+            self.now = max(self.now, due)
+        else:
+            return False
+        return True
+
+    def _hear(self, data: bytes) -> None:
+        """Let the robot hear a write.
+
+        Raises:
+            ConnectionError: the robot wants a handshake first.
+        """
+        if self.robot.model.handshake and (ANTI_DOS_CHARACTERISTIC, ANTI_DOS_PHRASE) not in self.greetings:
+            raise ConnectionError(f"{self.robot.name} has not been greeted")
+        self.robot.hear(data, now=self.now)
+        self._frames += data.endswith(bytes((Packet.Encoding.end,)))
+
+
+@contextmanager
+def session(toy_class: type[Toy], robot: FakeRobot) -> Iterator[tuple[Any, FakeAdapter]]:
+    """Open one of spherov2's robots over a fake one, without its pauses between commands.
+
+    Yields:
+        The toy and its adapter. Behind the block the adapter is closed and every thread has ended.
+    """
+    adapters: list[FakeAdapter] = []
+
+    def connect(address: str) -> FakeAdapter:
+        adapters.append(FakeAdapter(robot, address))
+        return adapters[-1]
+
+    class Future(futures.Future[Any]):
+        """What a toy waits on: its waiting is what makes the fake robot's time pass."""
+
+        def result(self, timeout: float | None = None) -> Any:
+            adapters[-1].run_until(self.done, timeout)
+            return super().result(timeout=0)
+
+    before = set(threading.enumerate())
+    with (
+        patch.object(toy_class, "toy_type", toy_class.toy_type._replace(cmd_safe_interval=0)),
+        patch.object(spherov2.toy, "futures", SimpleNamespace(Future=Future)),
+        toy_class(robot, connect) as toy,
+    ):
+        yield toy, adapters[-1]
+    while left := set(threading.enumerate()) - before:  # a listener's thread may start another one
+        for thread in left:
+            if thread.is_alive():  # else it is about to start: join would refuse
+                thread.join(_PATIENCE)
+                if thread.is_alive():
+                    raise RuntimeError(f"spherov2 left {thread} behind")
+    if not adapters[-1].closed:
+        raise RuntimeError("spherov2 left its adapter open")

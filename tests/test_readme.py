@@ -1,0 +1,66 @@
+"""The README keeps its promises: every command line in it runs, every command stands in it."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from fake_bluez import FakeBlueZ, Peripheral, sphero_v2
+
+from sphero_probe.cli.group import COMMANDS
+from sphero_probe.errors import SpheroProbeError
+from sphero_probe.simulator import FakeRobot, parse_settings
+from sphero_probe.simulator.settings import KEYS
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+LINES = re.findall(r"^\$ sphero-probe (.+)$", README, re.MULTILINE)
+SETUP = re.findall(r"^python3 -m venv .+$", README, re.MULTILINE)
+
+
+def test_it_is_short_and_starts_with_a_transcript():
+    assert len(README.splitlines()) < 250
+    assert README.index("```console") < README.index("\n## ")
+    assert len(LINES) >= 15
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_every_line_runs(cli, line, monkeypatch, tmp_path):
+    (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
+    monkeypatch.chdir(tmp_path)
+    robot = FakeRobot(parse_settings("bolt-plus"))
+    with FakeBlueZ(
+        [Peripheral("BP-1234", "AA:BB:CC:DD:EE:01", robot=robot, services=sphero_v2(gate=False))]
+    ) as air:
+        monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", air.address)
+        ran = cli(*shlex.split(line))
+    assert ran.code == 0, ran.err
+    assert ran.out or "-o" in line
+    if "bolt-plus.jsonl" in line:
+        assert (tmp_path / "bolt-plus.jsonl").read_text().count('"type": "finding"') == 11 * 256
+
+
+def test_the_two_setup_lines_are_those_that_ci_runs():
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    use, test = SETUP
+    assert use in ci
+    assert test in ci
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_stands_in_it(command):
+    assert f"$ sphero-probe {command}" in README
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_every_key_of_the_fake_stands_in_it(key):
+    assert f"`{key}=" in README or f"`{key}" in README
+
+
+def test_every_exit_code_stands_in_it():
+    def codes(kind: type[SpheroProbeError]) -> set[int]:
+        return {kind.exit_code}.union(*map(codes, kind.__subclasses__()))
+
+    table = README.split("## Exit codes")[1].split("\n## ")[0]
+    written = {int(number) for number in re.findall(r"\| (\d+)(?=,? )", table)}
+    assert codes(SpheroProbeError) - {5} <= written
