@@ -1,6 +1,6 @@
 """Which lamp commands exist: the widths of the LED mask, and others of device 0x1A.
 
-Nothing lights up: a setter is asked at a length that it does not take. To light lamps, use ``sphero-probe led``.
+Nothing lights up: a setter is asked at a length that it does not take. ``sphero-probe led`` lights lamps.
 """
 
 from sphero_probe.probing.plan import Plan, Probe

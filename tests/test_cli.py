@@ -269,8 +269,10 @@ def test_hidden_commands_lead_the_table(cli):
 )
 def test_a_signal_ends_a_sweep_cleanly(number, code):
     ran = subprocess.Popen(
-        [sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13", "--format", "jsonl"]
-        + ["--device", "fake:bolt?latency=30ms"],
+        [
+            *(sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13"),
+            *("--device", "fake:bolt?latency=30ms", "--format", "jsonl"),
+        ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -78,7 +78,12 @@ USAGE = 2
             "--confirm",
             id="wrong-confirm",
         ),
-        pytest.param(("send", "0x10", "0x09", "05", "--device", "fake:rvr"), 7, "0x05 bad data length", id="robot-refuses"),
+        pytest.param(
+            ("send", "0x10", "0x09", "05", "--device", "fake:rvr"),
+            7,
+            "0x05 bad data length",
+            id="robot-refuses",
+        ),
         pytest.param(("catalog", "-o", "/no/such/folder/x"), 10, "cannot write", id="output-folder"),
         pytest.param(
             ("info", "--device", "fake:bolt?ledger=/no/such/folder/x"), 10, "cannot write", id="ledger-folder"

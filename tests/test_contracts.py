@@ -8,9 +8,9 @@ import pytest
 from importlinter.cli import lint_imports
 
 from sphero_probe import __version__
+from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli import options, output
 from sphero_probe.cli.group import COMMANDS, LazyGroup, group
-from sphero_probe.catalogue.risk import Risk
 from sphero_probe.reports.registry import FORMATS
 
 ROOT = Path(__file__).resolve().parent.parent

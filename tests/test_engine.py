@@ -1,7 +1,7 @@
 """The engine on a virtual clock against fake robots: every finding is true or says inconclusive."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 from virtual_clock import run as run_on_virtual_clock
@@ -19,8 +19,10 @@ from sphero_probe.probing.single import ask_single, stop_motors
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
-from sphero_probe.transports.base import Transport
 from sphero_probe.transports.fake import FakeTransport
+
+if TYPE_CHECKING:
+    from sphero_probe.transports.base import Transport
 
 DEFAULT = Consent()
 PRIMARY, SECONDARY = 0x11, 0x12

@@ -14,7 +14,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
 
 
-def command(  # noqa: PLR0917  a line of a table has no room for keywords
+def command(
     did: int,
     cid: int,
     name: str,
@@ -46,7 +46,7 @@ def command(  # noqa: PLR0917  a line of a table has no room for keywords
     )
 
 
-def notification(  # noqa: PLR0917
+def notification(
     did: int, cid: int, name: str, payload: str | None, nodes: str, sources: str, *, aliases: str = "", note: str = ""
 ) -> CommandRow:
     """Make the row of a notification, which nobody sends to a robot: it has no request."""

@@ -1,6 +1,5 @@
 """``listen``: a robot's address goes in, what it says unasked comes out as it comes."""
 
-import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -11,6 +10,8 @@ from sphero_probe.cli.options import RISKS, device_options, output_options
 from sphero_probe.cli.output import Output
 
 if TYPE_CHECKING:
+    from asyncio import Event
+
     from sphero_probe.cli.session import Session
     from sphero_probe.link.exchange import Aside
     from sphero_probe.reports.registry import Report
@@ -48,12 +49,14 @@ def command(
 
     Example: sphero-probe listen --send power.wake --seconds 1 --device fake:bolt
     """
+    from asyncio import Event
+
     from sphero_probe.cli.interrupts import Interrupts, run_interruptible
     from sphero_probe.cli.session import consent_of, open_session
     from sphero_probe.reports.views import HEARD
 
     interrupts = Interrupts()
-    stop = asyncio.Event()
+    stop = Event()
 
     async def work() -> None:
         interrupts.stop_politely(stop)
@@ -69,7 +72,7 @@ def command(
 
 
 @contextmanager
-def _heard(session: "Session", report: "Report", count: int | None, stop: asyncio.Event) -> Iterator[None]:
+def _heard(session: "Session", report: "Report", count: int | None, stop: "Event") -> Iterator[None]:
     """Report every aside of the link as it comes, and stop after so many."""
     from datetime import UTC, datetime
 
@@ -112,12 +115,14 @@ async def _send(session: "Session", text: str) -> None:
     complain(finding, link.codec)
 
 
-async def _wait(session: "Session", stop: asyncio.Event, seconds: float | None) -> None:
+async def _wait(session: "Session", stop: "Event", seconds: float | None) -> None:
     """Wait for the end: enough heard, the time up, Ctrl-C, or the robot gone.
 
     Raises:
         LinkLostError: the robot is gone.
     """
+    import asyncio
+
     ended = asyncio.create_task(stop.wait())
     gone = asyncio.create_task(session.link.closed())
     try:

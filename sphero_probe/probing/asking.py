@@ -1,7 +1,7 @@
 """One probe at a time: a probe in, made ready by catalogue and calibration; how asking it ended out."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import lookup
@@ -47,15 +47,21 @@ class Tried(NamedTuple):
     attempts: int
 
 
+def _forget(_: Asked) -> None:
+    pass
+
+
 class Asker:
     """Asks one robot over one link.
 
     Attributes:
         profiles: node -> what calibration measured on it.
+        intend: told of each probe before it goes out, each time it does.
     """
 
     def __init__(self, link: Link, target: int | None) -> None:
         self.profiles: dict[int | None, Profile] = {}
+        self.intend: Callable[[Asked], None] = _forget
         self._link = link
         self._target = target
 
@@ -73,16 +79,21 @@ class Asker:
         Raises:
             LinkLostError: the robot is gone.
         """
-        guard = self._link.guard
-        command, row = self._complete(probe)
+        command, _ = self._complete(probe)
         measured = None
         if self._needs_profile(command):
             measured = await Calibration(self._link, command.target).measure()
             self.profiles[command.target] = measured
+        return self.complete(number, probe), measured
+
+    def complete(self, number: int, probe: Probe) -> Asked:
+        """Fill in node and payload, and judge the probe by what is known so far."""
+        guard = self._link.guard
+        command, row = self._complete(probe)
         barred = guard.why_not(command) or ""
         if len(command.payload) > self._link.codec.max_payload:
             barred = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
-        return Asked(number, command, guard.assess(command).risk, row, barred), measured
+        return Asked(number, command, guard.assess(command).risk, row, barred)
 
     async def calibrate_for(self, probes: Iterable[Probe]) -> list[Profile]:
         """Measure every node that one of these probes needs measured; return the profiles.
@@ -128,6 +139,7 @@ class Asker:
         attempt = 0
         while True:
             attempt += 1
+            self.intend(asked)
             exchange = await self._link.ask(asked.command, alone=alone)
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
                 return Tried(exchange, attempt)

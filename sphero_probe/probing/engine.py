@@ -2,9 +2,10 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Protocol
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
@@ -28,6 +29,42 @@ class _Unanswered:
     belated: Answered | None = None
 
 
+class Recorder(Protocol):
+    """Who keeps what a run intends and finds, so that nothing answered is lost."""
+
+    def intend(self, asked: Asked) -> None:
+        """Take in that a probe is about to be sent."""
+        ...
+
+    def record(self, record: Record) -> None:
+        """Take in what came to light."""
+        ...
+
+
+class _Forgetful:
+    """Keeps nothing."""
+
+    def intend(self, asked: Asked) -> None:
+        """Forget it."""
+
+    def record(self, record: Record) -> None:
+        """Forget it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Earlier:
+    """What an interrupted run of the same plan on the same robot left behind.
+
+    Attributes:
+        findings: number -> what was settled; it is not asked again.
+        doubtful: numbers of probes that went out and were never settled; above the ``probe`` class they are
+            not sent again, for they may have been executed.
+    """
+
+    findings: Mapping[int, Finding] = field(default_factory=dict)
+    doubtful: frozenset[int] = frozenset()
+
+
 @dataclass(slots=True)
 class Run:
     """One plan asked of one robot.
@@ -38,6 +75,8 @@ class Run:
         device: the robot's name or address, for the heading.
         target: the node for probes that name none; None leaves addresses out.
         stop: set it to send nothing more and end after what is in flight.
+        recorder: told of every intent and record as it happens.
+        earlier: what an interrupted run already settled.
         findings: so far, in the order they were settled.
         total: probes made known so far, for progress.
     """
@@ -47,6 +86,8 @@ class Run:
     device: str
     target: int | None = None
     stop: asyncio.Event = field(default_factory=asyncio.Event)
+    recorder: Recorder = field(default_factory=_Forgetful)
+    earlier: Earlier = field(default_factory=Earlier)
     findings: list[Finding] = field(default_factory=list)
     total: int = 0
     _asker: Asker = field(init=False)
@@ -57,14 +98,21 @@ class Run:
 
     def __post_init__(self) -> None:
         self._asker = Asker(self.link, self.target)
+        self._asker.intend = self.recorder.intend
 
     async def records(self) -> AsyncIterator[Record]:
-        """Yield a heading, then findings and notes as they come, then a summary.
+        """Yield every record of the run, each after the recorder has it.
 
         Raises:
             LinkLostError: the robot is gone; a summary that says so came first.
             BadInputFileError: a stage of the plan is broken.
         """
+        async for record in self._records():
+            self.recorder.record(record)
+            yield record
+
+    async def _records(self) -> AsyncIterator[Record]:
+        """Yield a heading, then findings and notes as they come, then a summary."""
         loop = asyncio.get_running_loop()
         began, frames_before = loop.time(), self.link.frames_sent
         self.link.on_aside = self._hear_aside
@@ -101,7 +149,8 @@ class Run:
         """Call on the robot and measure the nodes that the first probes need; say what was seen."""
         robot = self.link.guard.robot
         firmware = await self._asker.identify()
-        profiles = await self._asker.calibrate_for(probes)
+        open_ = [probe for number, probe in enumerate(probes, 1) if number not in self.earlier.findings]
+        profiles = await self._asker.calibrate_for(open_)
         heading = Heading(
             robot=robot.key if robot else "",
             model=robot.name if robot else "unknown model",
@@ -135,6 +184,9 @@ class Run:
         for number, probe in enumerate(probes, first):
             if self.stop.is_set() or self._lost:
                 break
+            if settled := self._settled_earlier(number, probe):
+                yield settled
+                continue
             asked, measured = await self._asker.prepare(number, probe)
             if measured:
                 yield calibration_note(measured, self.link.guard.robot)
@@ -145,6 +197,20 @@ class Run:
         while self._in_flight:
             for record in await self._collect():
                 yield record
+
+    def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
+        """Return what an interrupted run found out about this very probe, None where it is to be asked."""
+        finding = self.earlier.findings.get(number)
+        if finding and finding.command[:2] == probe.command[:2]:
+            return finding
+        if number in self.earlier.doubtful:
+            asked = self._asker.complete(number, probe)
+            if asked.risk > Risk.PROBE:
+                unasked = Silent(asked.command, 0, b"", 0.0)
+                note = "sent before the run was interrupted, may have been executed: not sent again"
+                found = self._finding(asked, Tried(unasked, 1))
+                return found._replace(outcome=Outcome.INCONCLUSIVE, note=note)
+        return None
 
     async def _collect(self) -> list[Record]:
         """Wait for at least one probe in flight and return what it brought to light."""
