@@ -14,6 +14,7 @@ from sphero_probe.catalogue import (
     PERSIST_DEVICES,
     ROBOTS,
     all_rows,
+    async_rows,
     close_names,
     commands_of,
     device_by_name,
@@ -37,6 +38,9 @@ MOVES_ON_ANOTHER_ROBOT = {(0x17, 0x25)}
 """A read on R2-D2; its severity is that of Lightning McQueen's meaning."""
 NOT_IN_THE_SURVEY = {(0x13, 0x11)}
 """Seen in captures, in no published list."""
+
+
+SOURCES = {"spherov2", "sdk", "spherojs", "pysphero", "capture", "reference", "api", "assumed"}
 
 
 class Pair(NamedTuple):
@@ -169,10 +173,10 @@ def test_names_are_unique_and_dotted(generation):
 
 @pytest.mark.parametrize("generation", list(Generation))
 def test_rows_are_complete(generation):
-    for row in all_rows(generation):
+    for row in all_rows(generation) + async_rows(generation):
         assert row.generation is generation
         assert row.sources
-        assert set(row.sources) <= {"spherov2", "sdk", "pysphero", "capture", "reference", "assumed"}
+        assert set(row.sources) <= SOURCES
         assert row.name.partition(".")[2] not in row.aliases
         assert row.kind is Kind.COMMAND or row.request is row.sample is None
         for key, nodes in row.nodes.items():
@@ -183,7 +187,8 @@ def test_rows_are_complete(generation):
 
 
 def test_every_layout_parses_and_every_set_of_names_is_used():
-    layouts = [layout for row in all_rows(V2) for layout in (row.request, row.response) if layout is not None]
+    rows = [row for generation in Generation for row in all_rows(generation) + async_rows(generation)]
+    layouts = [layout for row in rows for layout in (row.request, row.response) if layout is not None]
     used = {field.values for layout in layouts for field in layout.fields}
     assert used - {""} == set(VALUE_NAMES)
 
@@ -343,7 +348,7 @@ def test_robot_is_complete(robot):
     assert ROBOTS[robot.key] is robot
     assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", robot.key)
     assert robot.name
-    assert robot.nodes[1] == "primary"
+    assert robot.nodes[1] == ("primary" if robot.generation is V2 else "robot")
     for word in (robot.key, robot.key.upper(), robot.name, f" {robot.name.lower()} ", *robot.aliases):
         assert robot_by_word(word) is robot
 
@@ -353,7 +358,8 @@ def test_lamps_do_not_share_channels(robot):
     if robot.leds is not None:
         bits = [bit for group in robot.leds.groups for bit in group.bits]
         assert len(set(bits)) == len(bits)
-        assert max(bits) < 8 * robot.leds.mask_bytes
+        if robot.leds.mask_bytes:
+            assert max(bits) < 8 * robot.leds.mask_bytes
         assert all(len(group.bits) in (1, 3) for group in robot.leds.groups)
         names = [group.name for group in robot.leds.groups]
         assert len(set(names)) == len(names)
@@ -386,6 +392,11 @@ def test_lamps_are_set_by_a_command_of_the_robot(robot):
         pytest.param("r2q5", ("Q5-", 1, False, AnswerStyle.NONE, True, 4), id="R2-Q5"),
         pytest.param("bb9e", ("GB-", 1, False, AnswerStyle.NONE, True, 3), id="BB-9E"),
         pytest.param("lmq", ("LM-", 1, False, AnswerStyle.NONE, True, 0), id="Lightning McQueen"),
+        pytest.param("sphero", ("", 1, False, AnswerStyle.NONE, False, 2), id="Sphero"),
+        pytest.param("sprk", ("", 1, False, AnswerStyle.NONE, False, 2), id="SPRK"),
+        pytest.param("sprk-plus", ("SK-", 1, False, AnswerStyle.NONE, True, 2), id="SPRK+"),
+        pytest.param("ollie", ("2B-", 1, False, AnswerStyle.NONE, True, 2), id="Ollie"),
+        pytest.param("bb8", ("BB-", 1, False, AnswerStyle.NONE, True, 2), id="BB-8"),
     ],
 )
 def test_robot(key, facts):
@@ -408,6 +419,8 @@ def test_robot(key, facts):
         pytest.param("boltplus", "bolt-plus", id="one word"),
         pytest.param("r2-d2", "r2d2", id="hyphen"),
         pytest.param("Sphero RVR+", "rvr-plus", id="name"),
+        pytest.param("sphero", "sphero", id="the first one, not all of the family"),
+        pytest.param("SPRK+", "sprk-plus", id="SPRK+"),
         pytest.param("bol", None, id="a part is not enough"),
         pytest.param("", None, id="nothing"),
     ],
@@ -422,6 +435,9 @@ def test_robot_by_word(word, key):
         pytest.param("SB-1234", "bolt", id="BOLT"),
         pytest.param("BP-1234", "bolt-plus", id="BOLT+"),
         pytest.param("RV-1234", "rvr", id="shared prefix: the first"),
+        pytest.param("BB-1234", "bb8", id="BB-8"),
+        pytest.param("2B-1234", "ollie", id="Ollie"),
+        pytest.param("Sphero-RGB", None, id="no prefix"),
         pytest.param("Fridge", None, id="stranger"),
         pytest.param("", None, id="nothing"),
     ],

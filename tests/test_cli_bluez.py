@@ -176,7 +176,7 @@ def one_line(ran: "subprocess.CompletedProcess[str]", said: str) -> None:
     [
         pytest.param({"never_resolves": True}, 4, "connect: no answer in time", id="services-never-resolve"),
         pytest.param({"gone_after_scan": True}, 3, "not there any more", id="gone-after-scan"),
-        pytest.param({"missing": frozenset({V2_API})}, 4, "no Sphero V2 API", id="characteristic-missing"),
+        pytest.param({"missing": frozenset({V2_API})}, 4, "no Sphero API", id="characteristic-missing"),
         pytest.param({"connect_hangs": True}, 4, "connect: no answer in time", id="connect-hangs"),
     ],
 )

@@ -6,6 +6,7 @@ import pytest
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.probing.shelf import find_plan, plan_files
+from sphero_probe.protocol.packets import Generation
 
 PLANS = [file.stem for file in plan_files()]
 
@@ -18,13 +19,16 @@ def test_the_promised_plans_are_there():
         "power",
         "self_description",
         "system_info",
+        "v1_core",
+        "v1_robot",
         "which_devices",
     ]
 
 
 @pytest.mark.parametrize("name", PLANS)
 def test_it_runs_and_executes_reads_only(cli, name, tmp_path):
-    for key in find_plan(name).robots or ROBOTS:
+    second = tuple(key for key, robot in ROBOTS.items() if robot.generation is Generation.V2)
+    for key in find_plan(name).robots or second:
         ledger = tmp_path / f"{key}.jsonl"
         ran = cli("sweep", "--plan", name, "--device", f"fake:{key}?ledger={ledger}", "--format", "jsonl")
         assert ran.code == 0, ran.err
@@ -35,6 +39,12 @@ def test_it_runs_and_executes_reads_only(cli, name, tmp_path):
         assert summary["counts"]["inconclusive"] == summary["counts"]["silent"] == 0
         executed = [json.loads(line) for line in ledger.read_text().splitlines()]
         assert {command["risk"] for command in executed} == {"read"}
+
+
+def test_a_plan_for_other_robots_says_so(cli):
+    ran = cli("sweep", "--plan", "v1_core", "--device", "fake:bolt", "--format", "plain")
+    assert ran.code == 0
+    assert "meant for sphero" in ran.err
 
 
 def test_bolt_plus_shows_bad_target_for_node_0x12(cli):

@@ -77,7 +77,7 @@ def test_commands_and_one_command():
         "table", [command_row(known)], views.COMMANDS
     )
     one = rendered("table", [command_row(known)], views.COMMAND).splitlines()
-    assert one[0] == "DID:CID         0x13:0x03"
+    assert one[:2] == ["Protocol        v2", "DID:CID         0x13:0x03"]
     assert "Takes -> gives  nothing -> voltage:uint/100[V]" in one
     assert any(line.startswith("Known from") and "spherov2" in line for line in one)
 

@@ -176,9 +176,8 @@ def test_robots():
 def test_command():
     (known,) = rows_of(V2, 0x13, 0x10)
     row = command_row(known)
-    assert list(row.data) == (
-        ["did", "cid", "name", "kind", "risk", "request", "response", "robots", "sources", "aliases", "note"]
-    )
+    ids = ["generation", "did", "cid", "name", "kind", "risk"]
+    assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note"]
     assert row.data["request"] == ""
     assert row.data["response"] == "percentage:u8[%]"
     assert row.data["robots"] == {key: list(nodes) for key, nodes in known.nodes.items()}

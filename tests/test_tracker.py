@@ -535,4 +535,4 @@ class UnreliableRobot(RuleBasedStateMachine):
 
 
 TestUnreliableRobot = UnreliableRobot.TestCase
-TestUnreliableRobot.settings = settings(max_examples=40, stateful_step_count=30, deadline=None)
+TestUnreliableRobot.settings = settings(max_examples=30, stateful_step_count=30, deadline=None)

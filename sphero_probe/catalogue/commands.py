@@ -4,11 +4,11 @@ import re
 from difflib import get_close_matches
 from functools import cache
 
-from sphero_probe.catalogue.model import CommandRow, Robot
+from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.protocol.packets import Generation
 
 DEVICE_NAMES: dict[Generation, dict[int, str]] = {
-    Generation.V1: {},
+    Generation.V1: {0x00: "core", 0x01: "bootloader", 0x02: "sphero"},
     Generation.V2: {
         0x10: "api_and_shell",
         0x11: "system_info",
@@ -45,10 +45,20 @@ NO_EMPTY_PROBE_DEVICES: dict[Generation, frozenset[int]] = {
 }
 """Devices whose unknown commands are never asked with an empty payload, per generation."""
 
+_CAMEL_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+
 
 def all_rows(generation: Generation) -> tuple[CommandRow, ...]:
-    """Give every row of a generation, by rising device and command id."""
+    """Give every row of a generation that has a device, by rising device and command id."""
     return _tables()[generation]
+
+
+def async_rows(generation: Generation) -> tuple[CommandRow, ...]:
+    """Give the rows of the asynchronous messages that belong to no device (V1), by rising id.
+
+    Their ``did`` is ``NO_DEVICE``; no look-up by name finds them, as nobody can send them to a robot.
+    """
+    return _messages()[generation]
 
 
 def rows_of(generation: Generation, did: int, cid: int) -> tuple[CommandRow, ...]:
@@ -61,18 +71,36 @@ def lookup(generation: Generation, did: int, cid: int, robot: Robot | None) -> C
 
     A row that names the robot wins. Where none does and the rows disagree, the most dangerous one is given.
     """
-    rows = rows_of(generation, did, cid)
-    named = [row for row in rows if robot is not None and robot.key in row.nodes]
-    return max(named or rows, key=lambda row: row.risk, default=None)
+    return _as_understood(rows_of(generation, did, cid), robot)
+
+
+def notification_row(
+    generation: Generation, did: int | None, cid: int, robot: Robot | None
+) -> CommandRow | None:
+    """Give the row of what a robot says unasked, as this robot means it.
+
+    Args:
+        generation: the protocol it was heard in.
+        did: device id; None for an asynchronous message of V1.
+        cid: command id, or the id of the asynchronous message.
+        robot: who said it, None where that is not known.
+
+    Returns:
+        The row of a notification; where none has these ids, the row of the command that has them.
+    """
+    rows = rows_of(generation, NO_DEVICE if did is None else did, cid)
+    return _as_understood(tuple(row for row in rows if row.kind is Kind.NOTIFICATION) or rows, robot)
 
 
 def row_by_name(generation: Generation, name: str) -> CommandRow | None:
     """Find a row by what people type.
 
     That is a dotted name (``power.sleep``), an alias with its device (``power.enter_soft_sleep``), or either
-    without the device, where it means one row only. Case does not matter, nor do ``-`` and ``_`` differ.
+    without the device, where it means one row only. Case does not matter, nor do ``-`` and ``_`` differ;
+    ``getPwrState`` is ``get_pwr_state``.
     """
-    found = _by_name(generation).get(_plain(name), ())
+    names = _by_name(generation)
+    found = names.get(_plain(name)) or names.get(_plain(_CAMEL_HUMP.sub("_", name)), ())
     return found[0] if len(found) == 1 else None
 
 
@@ -90,14 +118,20 @@ def device_by_name(generation: Generation, text: str) -> int | None:
 
 
 def commands_of(robot: Robot) -> tuple[CommandRow, ...]:
-    """Give the rows, notifications included, that name this robot."""
+    """Give the rows, notifications included, that name this robot; ``async_rows`` are not among them."""
     return tuple(row for row in all_rows(robot.generation) if robot.key in row.nodes)
+
+
+def _as_understood(rows: tuple[CommandRow, ...], robot: Robot | None) -> CommandRow | None:
+    named = [row for row in rows if robot is not None and robot.key in row.nodes]
+    return max(named or rows, key=lambda row: row.risk, default=None)
 
 
 @cache
 def _tables() -> dict[Generation, tuple[CommandRow, ...]]:
     """Load the tables, which are long, when a row is asked for the first time."""
     from sphero_probe.catalogue import (  # noqa: PLC0415
+        rows_v1,
         rows_v2_firmware,
         rows_v2_motion,
         rows_v2_output,
@@ -105,7 +139,17 @@ def _tables() -> dict[Generation, tuple[CommandRow, ...]]:
     )
 
     v2 = rows_v2_system.ROWS + rows_v2_motion.ROWS + rows_v2_output.ROWS + rows_v2_firmware.ROWS
-    return {Generation.V1: (), Generation.V2: tuple(sorted(v2, key=lambda row: (row.did, row.cid)))}
+    return {
+        generation: tuple(sorted(rows, key=lambda row: (row.did, row.cid)))
+        for generation, rows in ((Generation.V1, rows_v1.ROWS), (Generation.V2, v2))
+    }
+
+
+@cache
+def _messages() -> dict[Generation, tuple[CommandRow, ...]]:
+    from sphero_probe.catalogue import rows_v1  # noqa: PLC0415
+
+    return {Generation.V1: rows_v1.ASYNC_ROWS, Generation.V2: ()}
 
 
 def _plain(text: str) -> str:
@@ -115,7 +159,7 @@ def _plain(text: str) -> str:
 @cache
 def _by_pair(generation: Generation) -> dict[tuple[int, int], tuple[CommandRow, ...]]:
     pairs: dict[tuple[int, int], tuple[CommandRow, ...]] = {}
-    for row in all_rows(generation):
+    for row in all_rows(generation) + async_rows(generation):
         pairs[row.did, row.cid] = (*pairs.get((row.did, row.cid), ()), row)
     return pairs
 

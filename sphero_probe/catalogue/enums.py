@@ -166,5 +166,44 @@ VALUE_NAMES: dict[str, ValueNames] = {
         }
     ),
     "ResetStrategies": _numbers({1: "reset_into_or_jump_to_main_app", 2: "reset_into_or_jump_to_bootloader"}),
+    "PowerStates": _numbers({0: "unknown", 1: "charging", 2: "ok", 3: "low", 4: "critical"}),
+    "ChargerContacts": _numbers({0: "unknown", 1: "out_of_charger", 2: "in_charger"}),
+    "SelfLevelOptions": _flags(
+        {0x01: "start", 0x02: "keep_heading", 0x04: "sleep_after", 0x08: "turn_control_system_on"}
+    ),
+    "SelfLevelResults": _numbers(
+        {
+            0: "unknown",
+            1: "timed_out",
+            2: "sensor_error",
+            3: "disabled",
+            4: "aborted",
+            5: "charger_not_found",
+            6: "success",
+        }
+    ),
+    "AccelerometerRanges": _numbers({0: "2_g", 1: "4_g", 2: "8_g", 3: "16_g"}),
+    "RollModes": _numbers({0: "stop", 1: "go", 2: "calibrate"}),
+    "SpheroRawMotorModes": _numbers({0: "off", 1: "forward", 2: "reverse", 3: "brake", 4: "ignore"}),
+    "PersistentOptions": _flags(
+        {
+            0x001: "disable_sleep_in_charger",
+            0x002: "enable_vector_drive",
+            0x004: "disable_self_level_in_charger",
+            0x008: "enable_tail_light_always_on",
+            0x010: "enable_motion_timeout",
+            0x020: "enable_retail_demo",
+            0x040: "awake_on_light_double_tap",
+            0x080: "awake_on_heavy_double_tap",
+            0x100: "enable_gyro_max_notify",
+            0x400: "enable_full_speed",
+        }
+    ),
+    "TemporaryOptions": _flags({0x01: "enable_stop_on_disconnect"}),
+    "ConfigBlocks": _numbers({0: "factory", 1: "user"}),
+    "DeviceModes": _numbers({0: "normal", 1: "hack"}),
+    "SoulBanks": _numbers({0: "boost", 1: "shield"}),
+    "SoulAttributes": _numbers({0: "speed", 1: "boost", 2: "brightness", 3: "shield"}),
+    "ProgramAreas": _numbers({0: "ram", 1: "flash"}),
 }
 """Every set of value names that a layout may mention in braces."""

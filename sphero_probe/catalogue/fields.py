@@ -30,6 +30,7 @@ _FIELD = (
     r"(?:\{(?P<values>\w+)\})?"
     r"(?:\[(?P<unit>[^\]\s]+)\])?"
     r"(?P<repeat>\*(?P<count>[1-9][0-9]*)?)?"
+    r"(?P<optional>\?)?"
 )
 
 
@@ -45,6 +46,7 @@ class Field(NamedTuple):
         count: how often it repeats, or the bytes of ``bytes`` and ``cstring``; None: once, or to the end.
         to_end: takes all bytes that are left.
         const: the one value that is ever sent, None for an ordinary field.
+        optional: some robots or firmwares leave it out.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Field(NamedTuple):
     count: int | None = None  # type: ignore[assignment]  # hides tuple.count, of no use here
     to_end: bool = False
     const: int | None = None
+    optional: bool = False
 
     @property
     def width(self) -> int:
@@ -63,11 +66,16 @@ class Field(NamedTuple):
         return number.size if number else 1
 
     @property
-    def least(self) -> int:
-        """The fewest bytes it takes."""
+    def size(self) -> int:
+        """The fewest bytes it takes where it is present."""
         if self.to_end:
             return 1 if self.type == "uint" else 0
         return self.width * (self.count or 1)
+
+    @property
+    def least(self) -> int:
+        """The fewest bytes it takes: none where it may be absent."""
+        return 0 if self.optional else self.size
 
 
 def parse_field(word: str) -> Field:
@@ -82,12 +90,14 @@ def parse_field(word: str) -> Field:
     kind, repeat, count = found["type"], found["repeat"], found["count"]
     blob = kind in ("bytes", "cstring")
     const = None if found["const"] is None else int(found["const"], 0)
+    to_end = kind == "uint" or (not count and (blob or bool(repeat)))
     sensible = (
         (blob or kind == "uint" or kind in _NUMBERS)
         and (kind == "const") == (const is not None)
         and (const is None or (const <= 0xFF and not repeat))
         and not (blob and (found["scale"] or found["values"] or (repeat and not count)))
         and not (kind == "uint" and repeat)
+        and not (found["optional"] and (kind == "const" or to_end))
         and not (found["values"] and (found["values"] not in VALUE_NAMES or found["scale"] or kind == "f32"))
     )
     if not sensible:
@@ -99,13 +109,14 @@ def parse_field(word: str) -> Field:
         values=found["values"] or "",
         unit=found["unit"] or "",
         count=int(count) if count else None,
-        to_end=kind == "uint" or (bool(repeat) and not count) or (blob and not count),
+        to_end=to_end,
         const=const,
+        optional=bool(found["optional"]),
     )
 
 
 def take(field: Field, payload: bytes, at: int) -> tuple[object, int, str]:
-    """Read one field whose least bytes are there: its value, the offset behind it, what is odd about it."""
+    """Read one field whose bytes are there: its value, the offset behind it, what is odd about it."""
     if field.type == "bytes":
         end = len(payload) if field.count is None else at + field.count
         return payload[at:end].hex(), end, ""
@@ -158,7 +169,7 @@ def _shortest(value: float) -> float | str:
 
 
 def put(field: Field, value: object) -> bytes:
-    """Write one field, the opposite of ``take``; None stands for zeros.
+    """Write one field, the opposite of ``take``; None stands for zeros, or for nothing where that may be.
 
     Raises:
         ValueError: the value does not fit.

@@ -2,13 +2,14 @@
 
 The grammar of a field, fields separated by blanks::
 
-    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]]       percentage:u8[%]   frames:u16*   counts:i32*2
+    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?]    percentage:u8[%]   frames:u16*   counts:i32*2
     name:const=NUMBER                                            end:const=0
 
 ``TYPE`` is one of ``u8 u16 u32 u64 i8 i16 i32 f32 bool bytes cstring uint``. Numbers of several bytes are
 big-endian [vendor]. ``bytes`` and ``cstring`` run to the end unless a count gives their width; a ``cstring``
 also ends at its first NUL. ``uint`` is one unsigned number over all bytes that are left, eight at most. ``*``
-without a count repeats to the end. What runs to the end must be the last field. ``""`` is an empty payload.
+without a count repeats to the end. ``?`` marks a field that may be left out. What runs to the end or may be
+left out must be the last field. ``""`` is an empty payload.
 """
 
 from functools import cached_property
@@ -64,8 +65,8 @@ class Layout:
         fields = tuple(parse_field(word) for word in self.text.split())
         if len({field.name for field in fields}) != len(fields):
             raise ValueError(f"a field name stands twice in layout {self.text!r}")
-        if any(field.to_end for field in fields[:-1]):
-            raise ValueError(f"only the last field may run to the end in layout {self.text!r}")
+        if any(field.to_end or field.optional for field in fields[:-1]):
+            raise ValueError(f"only the last field may run to the end or be left out in layout {self.text!r}")
         return fields
 
     @cached_property
@@ -76,7 +77,8 @@ class Layout:
     @cached_property
     def fixed_length(self) -> int | None:
         """The length in bytes, None when it varies."""
-        return None if self.fields and self.fields[-1].to_end else self.minimum_length
+        varies = self.fields and (self.fields[-1].to_end or self.fields[-1].optional)
+        return None if varies else self.minimum_length
 
     def accepts(self, length: int) -> bool:
         """Tell whether a payload of ``length`` bytes can follow this layout."""
@@ -84,6 +86,8 @@ class Layout:
             return length == self.fixed_length
         last = self.fields[-1]
         surplus = length - self.minimum_length
+        if last.optional:
+            return surplus in (0, last.size)
         if last.type == "uint":
             return 0 <= surplus < UINT_WIDTHS[-1]
         return surplus >= 0 and surplus % last.width == 0
@@ -104,8 +108,10 @@ class Layout:
         problems: list[str] = []
         at = 0
         for field in self.fields:
-            if field.least > len(payload) - at:
-                missing = f"{field.name} needs {_count_bytes(field.least)}, {len(payload) - at} left"
+            if field.optional and at == len(payload):
+                continue
+            if field.size > len(payload) - at:
+                missing = f"{field.name} needs {_count_bytes(field.size)}, {len(payload) - at} left"
                 problems.append(f"short payload: {missing}")
                 break
             value, at, problem = take(field, payload, at)
@@ -121,7 +127,7 @@ class Layout:
         return Decoded(values, units, payload[at:], "; ".join(problems))
 
     def encode(self, values: dict[str, object]) -> bytes:
-        """Build a payload from field values as ``decode`` gives them; absent fields are zero or empty.
+        """Build a payload of values as ``decode`` gives them; absent fields are zero, empty or left out.
 
         A ``cstring`` that runs to the end is closed with a NUL, a ``uint`` takes 1, 2, 4 or 8 bytes.
 

@@ -1,11 +1,14 @@
 """The shapes of what is known: command rows, robots, LED tables. The rows themselves live in ``rows_*``."""
 
 from enum import Enum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
+
+NO_DEVICE: Final = -1
+"""Stands for the device id in the rows of V1's asynchronous messages, which belong to no device."""
 
 
 class Kind(Enum):
@@ -20,16 +23,17 @@ class CommandRow(NamedTuple):
 
     Attributes:
         generation: the protocol it belongs to.
-        did: device id.
-        cid: command id.
+        did: device id; ``NO_DEVICE`` for an asynchronous message of V1.
+        cid: command id, or the id of the asynchronous message.
         name: dotted name, ``power.get_battery_percentage``.
         kind: command or notification.
         risk: the class of executing it.
         request: the layout of its argument bytes, None where unknown.
         response: the layout of its answer (of the notification's payload), None where unknown.
         nodes: robot key -> node numbers that serve it there; an empty tuple where the node is not known.
-        sources: where it is known from: ``spherov2``, ``sdk``, ``pysphero``, ``capture``, ``reference``;
-            ``assumed`` where one of the robots is listed only because its relatives are.
+        sources: where it is known from: ``spherov2``, ``sdk``, ``spherojs``, ``pysphero``, ``capture``,
+            ``reference``, ``api`` (the maker's description of V1); ``assumed`` where one of the robots is
+            listed only because its relatives are.
         aliases: the names other sources use, without the device name.
         sample: argument bytes with which a sweep asks a read; None: zeros of the request's length.
         note: one remark for ``explain``, or empty.
@@ -55,22 +59,30 @@ class LedGroup(NamedTuple):
 
     Attributes:
         name: ``front``, ``back``, ``left_headlight``…
-        bits: its channel numbers in the mask: three for red, green, blue; one for a single brightness.
+        bits: its channel numbers, in the mask where there is one: three for red, green, blue; one for a
+            single brightness.
         aliases: other names that mean this lamp; several lamps may share one (``front``: both headlights).
+        cid: id of the command that sets this lamp alone; None where the table's command sets it by a mask.
+        tail: what follows the values in the arguments of that command.
     """
 
     name: str
     bits: tuple[int, ...]
     aliases: tuple[str, ...] = ()
+    cid: int | None = None
+    tail: bytes = b""
 
 
 class LedTable(NamedTuple):
-    """How a robot's lamps are set: one command whose mask selects channels, values in rising bit order.
+    """How a robot's lamps are set.
+
+    Either by one command whose mask selects channels, its values in rising bit order, or each lamp by a
+    command of its own with the lamp's values.
 
     Attributes:
-        did: device id of the command.
-        cid: command id.
-        mask_bytes: width of the mask in bytes (1, 2, 4 or 8), big-endian.
+        did: device id of the command or commands.
+        cid: id of the command with the mask; where there is none, of the first lamp's.
+        mask_bytes: width of the mask in bytes (1, 2, 4 or 8), big-endian; 0 where each lamp has its command.
         node: the node that serves it, None to leave addresses out.
         groups: the lamps.
     """
@@ -99,7 +111,7 @@ class Robot(NamedTuple):
         name: what it is called: ``Sphero BOLT+``.
         generation: its protocol.
         prefix: of the advertised name, ``BP-``; empty where it has none.
-        nodes: node number -> name, ``{1: "primary"}``.
+        nodes: node number -> name, ``{1: "primary"}``; ``{1: "robot"}`` where the protocol knows no nodes.
         addressed: put target and source into commands by default.
         answer_style: the addresses of its responses.
         handshake: an anti-DoS phrase is written before anything else works.

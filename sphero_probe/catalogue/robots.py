@@ -12,8 +12,36 @@ ANTI_DOS_CHARACTERISTIC = "00020005-574f-4f20-5370-6865726f2121"
 ANTI_DOS_PHRASE = b"usetheforce...band"
 """V2: the phrase."""
 
+V1_RADIO_SERVICE = "22bb746f-2bb0-7554-2d6f-726568705327"
+"""V1: the BLE service of what must be written before the robot listens, and of what wakes it."""
+V1_ANTI_DOS_CHARACTERISTIC = "22bb746f-2bbd-7554-2d6f-726568705327"
+"""V1: takes the phrase without which the robot stays silent; in the radio service."""
+V1_ANTI_DOS_PHRASE = b"011i3"
+"""V1: the phrase."""
+V1_TX_POWER_CHARACTERISTIC = "22bb746f-2bb2-7554-2d6f-726568705327"
+"""V1: takes the strength at which the robot sends; in the radio service."""
+V1_TX_POWER = b"\x07"
+"""V1: the strength that known clients ask for."""
+V1_WAKE_CHARACTERISTIC = "22bb746f-2bbf-7554-2d6f-726568705327"
+"""V1: a write wakes the robot, which no command can; in the radio service."""
+V1_WAKE = b"\x01"
+"""V1: what is written to wake it."""
+V1_HANDSHAKE = (
+    (V1_ANTI_DOS_CHARACTERISTIC, V1_ANTI_DOS_PHRASE),
+    (V1_TX_POWER_CHARACTERISTIC, V1_TX_POWER),
+    (V1_WAKE_CHARACTERISTIC, V1_WAKE),
+)
+"""V1: what is written to which characteristic, in this order, before the first command."""
+V1_CONTROL_SERVICE = "22bb746f-2ba0-7554-2d6f-726568705327"
+"""V1: the BLE service of commands and answers."""
+V1_COMMAND_CHARACTERISTIC = "22bb746f-2ba1-7554-2d6f-726568705327"
+"""V1: commands are written to it; in the control service."""
+V1_RESPONSE_CHARACTERISTIC = "22bb746f-2ba6-7554-2d6f-726568705327"
+"""V1: answers and asynchronous messages come from it as notifications; in the control service."""
+
 _ONE_NODE = {1: "primary"}
 _TWO_NODES = {1: "primary", 2: "secondary"}
+_NO_NODES = {1: "robot"}
 
 _BOLT_LEDS = LedTable(
     did=0x1A,
@@ -73,6 +101,16 @@ _BB9E_LEDS = LedTable(
         LedGroup("body", (0, 1, 2), ("front",)),
         LedGroup("aiming", (3,), ("back",)),
         LedGroup("head", (4,)),
+    ),
+)
+_V1_LEDS = LedTable(
+    did=0x02,
+    cid=0x20,
+    mask_bytes=0,
+    node=None,
+    groups=(
+        LedGroup("main", (0, 1, 2), ("front",), cid=0x20, tail=b"\0"),  # a zero: not to be remembered
+        LedGroup("back", (3,), cid=0x21),
     ),
 )
 
@@ -185,7 +223,69 @@ _V2_ROBOTS = (
     ),
 )
 
-ROBOTS: dict[str, Robot] = {robot.key: robot for robot in _V2_ROBOTS}
+_V1_ROBOTS = (
+    Robot(
+        key="sphero",
+        name="Sphero",
+        generation=Generation.V1,
+        prefix="",
+        nodes=_NO_NODES,
+        addressed=False,
+        answer_style=AnswerStyle.NONE,
+        handshake=False,
+        leds=_V1_LEDS,
+        aliases=("sphero-1", "sphero-2", "sphero-2.0", "sphero2"),
+    ),
+    Robot(
+        key="sprk",
+        name="Sphero SPRK",
+        generation=Generation.V1,
+        prefix="",
+        nodes=_NO_NODES,
+        addressed=False,
+        answer_style=AnswerStyle.NONE,
+        handshake=False,
+        leds=_V1_LEDS,
+    ),
+    Robot(
+        key="sprk-plus",
+        name="Sphero SPRK+",
+        generation=Generation.V1,
+        prefix="SK-",
+        nodes=_NO_NODES,
+        addressed=False,
+        answer_style=AnswerStyle.NONE,
+        handshake=True,
+        leds=_V1_LEDS,
+        aliases=("sprk+", "sprkplus", "sprk_plus"),
+    ),
+    Robot(
+        key="ollie",
+        name="Ollie",
+        generation=Generation.V1,
+        prefix="2B-",
+        nodes=_NO_NODES,
+        addressed=False,
+        answer_style=AnswerStyle.NONE,
+        handshake=True,
+        leds=_V1_LEDS,
+        aliases=("sphero-ollie",),
+    ),
+    Robot(
+        key="bb8",
+        name="BB-8",
+        generation=Generation.V1,
+        prefix="BB-",
+        nodes=_NO_NODES,
+        addressed=False,
+        answer_style=AnswerStyle.NONE,
+        handshake=True,
+        leds=_V1_LEDS,
+        aliases=("bb-8",),
+    ),
+)
+
+ROBOTS: dict[str, Robot] = {robot.key: robot for robot in _V2_ROBOTS + _V1_ROBOTS}
 """Every robot by its key, in the order in which people look for them."""
 
 

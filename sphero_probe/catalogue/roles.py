@@ -12,22 +12,37 @@ class Job(StrEnum):
     """What every robot can do one way or another."""
 
     WAKE = "wake"
+    ECHO = "echo"
+    """Harmless, and its answer is known: what was sent comes back."""
     VERSION = "version"
     STOP = "stop"
     """Motors off: the arguments are zeros."""
 
 
 _JOBS: Final[dict[Generation, dict[Job, str]]] = {
-    Generation.V1: {},
+    Generation.V1: {  # a sleeping V1 robot is woken through a GATT characteristic, not by a command
+        Job.ECHO: "core.ping",
+        Job.VERSION: "core.get_versions",
+        Job.STOP: "sphero.roll",
+    },
     Generation.V2: {
         Job.WAKE: "power.wake",
+        Job.ECHO: "api_and_shell.ping",
         Job.VERSION: "system_info.get_main_app_version",
         Job.STOP: "drive.set_raw_motors",
     },
 }
 
 FACTS: Final[dict[Generation, tuple[str, ...]]] = {
-    Generation.V1: (),
+    Generation.V1: (
+        "core.get_versions",
+        "core.get_bluetooth_info",
+        "core.get_power_state",
+        "core.get_charger_state",
+        "sphero.get_sku",
+        "sphero.get_chassis_id",
+        "sphero.get_device_mode",
+    ),
     Generation.V2: (
         "system_info.get_main_app_version",
         "system_info.get_bootloader_version",
@@ -48,6 +63,13 @@ FACTS: Final[dict[Generation, tuple[str, ...]]] = {
     ),
 }
 """The documented reads that describe a robot, in the order people want to read them."""
+
+
+VERSION_FIELDS: Final[dict[Generation, tuple[str, ...]]] = {
+    Generation.V1: ("main_app_major", "main_app_minor"),
+    Generation.V2: ("major", "minor", "revision"),
+}
+"""The fields of the version answer that make up the firmware's version, joined by dots."""
 
 
 def row_for(generation: Generation, job: Job) -> CommandRow | None:

@@ -9,20 +9,23 @@ from sphero_probe.cli.output import Output
 @click.command("catalog")
 @click.argument("pattern", required=False, metavar="[FILTER]")
 @click.option("--robot", "model", metavar="MODEL", help="Only what this robot has, like bolt.")
+@click.option("--v1", "generation", flag_value="v1", help="Only those of the first generation.")
+@click.option("--v2", "generation", flag_value="v2", help="Only those of the second generation.")
 @output_options
-def command(output: Output, pattern: str | None, model: str | None) -> None:
+def command(output: Output, pattern: str | None, model: str | None, generation: str | None) -> None:
     """List the known commands; FILTER is part of a name, a risk class, or an id like 0x13.
 
     Example: sphero-probe catalog battery --robot bolt
     """
-    from sphero_probe.catalogue import ROBOTS, all_rows, commands_of, robot_by_word
+    from sphero_probe.catalogue import ROBOTS, all_rows, async_rows, commands_of, robot_by_word
     from sphero_probe.catalogue.model import CommandRow
     from sphero_probe.cli.words import choose
     from sphero_probe.protocol.packets import Generation
     from sphero_probe.reports.rows import command_row
     from sphero_probe.reports.views import COMMANDS
 
-    rows = tuple(row for generation in Generation for row in all_rows(generation))
+    chosen = [Generation(generation)] if generation else list(Generation)
+    rows = tuple(row for one in chosen for row in (*all_rows(one), *async_rows(one)))
     if model is not None:
         rows = commands_of(robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")])
 

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 import click
 
@@ -11,40 +11,66 @@ from sphero_probe.cli.options import output_options
 from sphero_probe.cli.output import Output
 from sphero_probe.errors import BadInputFileError, UsageError
 
+if TYPE_CHECKING:
+    from sphero_probe.protocol.packets import Generation, Packet
+
 _CHUNK: Final = 1 << 16
 _HEX_TEXT: Final = frozenset(b"0123456789abcdefABCDEFxX \t\r\n:,_")
 
 
 @click.command("decode")
 @click.argument("inputs", nargs=-1, metavar="[HEX | FILE | -]...")
+@click.option("--v1", "generation", flag_value="v1", help="Take everything for V1.")
+@click.option("--v2", "generation", flag_value="v2", help="Take everything for V2.")
 @output_options
-def command(output: Output, inputs: tuple[str, ...]) -> None:
+def command(output: Output, inputs: tuple[str, ...], generation: str | None) -> None:
     """Decode packets from hex bytes, files (binary or hex text) or standard input (-).
 
-    Bytes that are no packet are shown with the reason.
+    V1 and V2 are told apart, also within one input. Bytes that are no packet are shown with the reason.
 
     Example: sphero-probe decode 8d0a131007cbd8
     """
     from sphero_probe.protocol import CODECS
-    from sphero_probe.protocol.packets import Generation, Malformed, Role
+    from sphero_probe.protocol.packets import Malformed
     from sphero_probe.reports.rows import packet_row
     from sphero_probe.reports.views import PACKETS
 
-    codec = CODECS[Generation.V2]
     good = bad = total = 0
     with output.report(PACKETS) as report:
         for stream in _streams(inputs):
-            decoder = codec.decoder(Role.WITNESS)
-            for chunk in stream:
-                total += len(chunk)
-                for packet in decoder.feed(chunk) if chunk else decoder.give_up():
-                    bad += isinstance(packet, Malformed)
-                    good += not isinstance(packet, Malformed)
-                    report.add(packet_row(packet, codec.generation, codec.frame_of(packet)))
+            for size, spoken, packet in _packets(stream, generation):
+                total += size
+                if packet is None:
+                    continue
+                bad += isinstance(packet, Malformed)
+                good += not isinstance(packet, Malformed)
+                report.add(packet_row(packet, spoken, CODECS[spoken].frame_of(packet)))
     if not good:
         raise BadInputFileError(
-            f"no packet in {total} bytes ({bad} malformed)", "a V2 packet starts with 8d and ends with d8"
+            f"no packet in {total} bytes ({bad} malformed)",
+            "a V2 packet starts with 8d and ends with d8, a V1 packet starts with ff ff or ff fe",
         )
+
+
+def _packets(
+    stream: Iterable[bytes], generation: str | None
+) -> "Iterator[tuple[int, Generation, Packet | None]]":
+    """Yield bytes read, generation and packet; the packet is None where a chunk is only counted."""
+    from sphero_probe.protocol import CODECS
+    from sphero_probe.protocol.packets import Generation, Role
+    from sphero_probe.protocol.recognition import Recogniser
+
+    fixed = Generation(generation) if generation else None
+    decoder = CODECS[fixed].decoder(Role.WITNESS) if fixed else None
+    recogniser = Recogniser()
+    for chunk in stream:
+        yield len(chunk), fixed or Generation.V2, None
+        if decoder and fixed:
+            for packet in decoder.feed(chunk) if chunk else decoder.give_up():
+                yield 0, fixed, packet
+        else:
+            for spoken, packet in recogniser.feed(chunk) if chunk else recogniser.end():
+                yield 0, spoken, packet
 
 
 def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes]]:

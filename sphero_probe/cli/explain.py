@@ -8,9 +8,12 @@ from sphero_probe.cli.output import Output
 
 @click.command("explain")
 @click.argument("subject", metavar="CODE | DID:CID | NAME")
+@click.option("--v1", is_flag=True, help="As the first generation means it: Sphero, SPRK+, Ollie, BB-8.")
 @output_options
-def command(output: Output, subject: str) -> None:
+def command(output: Output, subject: str, v1: bool) -> None:
     """Explain an error code (0x05), a command (0x13:0x10) or a name (power.sleep).
+
+    The same byte means something else to the first generation: add --v1 for that.
 
     Example: sphero-probe explain 0x13:0x10
     """
@@ -22,7 +25,7 @@ def command(output: Output, subject: str) -> None:
     from sphero_probe.reports.rows import code_row, command_row
     from sphero_probe.reports.views import CODES, COMMAND
 
-    generation = Generation.V2
+    generation = Generation.V1 if v1 else Generation.V2
     if subject[:1].isdigit() and ":" not in subject:
         codec = CODECS[generation]
         code = byte(subject, "error code")

@@ -78,6 +78,7 @@ def _probes(generation: "Generation", robot: "Robot | None", port: int) -> "Iter
 
 def _rows(finding: "Finding", robot: "Robot | None") -> "Iterator[Row]":
     """Yield what one answer says; an answer that is none says nothing about the robot."""
+    from sphero_probe.catalogue.roles import VERSION_FIELDS
     from sphero_probe.link.exchange import Answered
     from sphero_probe.probing.notes import node_name
     from sphero_probe.reports.rows import fact_row
@@ -93,11 +94,10 @@ def _rows(finding: "Finding", robot: "Robot | None") -> "Iterator[Row]":
     decoded = row.response.decode(exchange.response.payload)
     name = row.name.partition(".")[2].removeprefix("get_")
     node = node_name(finding.command.target, robot) if robot and len(robot.nodes) > 1 else ""
-    if "version" in name:
-        yield fact_row(name, ".".join(map(str, decoded.fields.values())), "", node)
-    elif len(decoded.fields) == 1:
-        field, value = next(iter(decoded.fields.items()))
-        yield fact_row(name, value, decoded.units.get(field, ""), node)
-    else:
-        for field, value in decoded.fields.items():
-            yield fact_row(f"{name} {field}", value, decoded.units.get(field, ""), node)
+    fields = dict(decoded.fields)
+    parts = VERSION_FIELDS[row.generation]
+    if all(part in fields for part in parts):
+        yield fact_row(name, ".".join(str(fields.pop(part)) for part in parts), "", node)
+    alone = len(decoded.fields) == 1
+    for field, value in fields.items():
+        yield fact_row(name if alone else f"{name} {field}", value, decoded.units.get(field, ""), node)

@@ -49,7 +49,7 @@ def command(
         raise UsageError("no lamp is named", "try: sphero-probe led --front ff0000, or --off")
 
     def make(robot: "Robot | None", port: int) -> "tuple[Command, ...]":
-        return (_led_command(wanted, robot, port, target, off=off),)
+        return _commands(wanted, robot, port, target, off=off)
 
     consent = consent_of(allow, confirm, Risk.WRITE)  # setting lamps is what was asked for
     if dry_run:
@@ -74,17 +74,16 @@ def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict
     return wanted
 
 
-def _led_command(
+def _commands(
     wanted: dict[str, tuple[int, int, int]],
     robot: "Robot | None",
     port: int,
     target: str | None,
     *,
     off: bool,
-) -> "Command":
-    from sphero_probe.catalogue.leds import led_payload
+) -> "tuple[Command, ...]":
+    from sphero_probe.catalogue.leds import led_commands
     from sphero_probe.cli.words import choose, node
-    from sphero_probe.protocol.packets import Command
 
     if robot is None or robot.leds is None:
         raise UsageError(f"no lamps are known of {robot.name if robot else 'an unknown model'}")
@@ -95,4 +94,4 @@ def _led_command(
     address = node(target, robot, port)
     if target is None and address is not None and table.node is not None:
         address = port << 4 | table.node
-    return Command(table.did, table.cid, led_payload(table, wanted, off=off), address)
+    return tuple(command._replace(target=address) for command in led_commands(robot, wanted, off=off))

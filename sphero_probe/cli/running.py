@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
+import click
+
 from sphero_probe.cli.interrupts import Interrupts, run_interruptible
 from sphero_probe.cli.output import Output, wants_color
 from sphero_probe.cli.session import Session, open_session
@@ -42,6 +44,7 @@ def run_plan(
 
     async def work() -> None:
         async with open_session(device, consent, **connecting) as session:
+            _warn_of_other_robot(plan, session)
             run = start_run(plan, session, target, interrupts)
             with output.report(FINDINGS) as report, progress(plan.name, output) as advance:
                 try:
@@ -54,6 +57,12 @@ def run_plan(
                         await stop_motors(session.link, run.target)
 
     run_interruptible(interrupts, work())
+
+
+def _warn_of_other_robot(plan: Plan, session: Session) -> None:
+    robot = session.connection.robot
+    if plan.robots and (robot is None or robot.key not in plan.robots):
+        click.echo(f"note: the plan {plan.name} is meant for {', '.join(plan.robots)}", err=True)
 
 
 def start_run(plan: Plan, session: Session, target: str | None, interrupts: Interrupts) -> Run:

@@ -50,7 +50,16 @@ def model_behind(address: DeviceAddress) -> Robot | None:
         from sphero_probe.simulator import parse_settings
 
         return parse_settings(address.rest).model
+    if address.scheme in ("serial", "rfcomm"):
+        from sphero_probe.transports.serial import USUAL, parse_port
+
+        return parse_port(address.rest, USUAL[address.scheme]).robot
     return robot_by_prefix(address.rest)
+
+
+def port_behind(address: DeviceAddress) -> int:
+    """Return the port nibble of target addresses on the kind of line that an address names."""
+    return 0 if address.scheme == "serial" else 1
 
 
 def generation_behind(address: DeviceAddress) -> Generation:

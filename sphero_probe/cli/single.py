@@ -8,7 +8,13 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
 from sphero_probe.cli.interrupts import Interrupts, run_interruptible
 from sphero_probe.cli.output import Output
-from sphero_probe.cli.session import address_of, generation_behind, model_behind, open_session
+from sphero_probe.cli.session import (
+    address_of,
+    generation_behind,
+    model_behind,
+    open_session,
+    port_behind,
+)
 from sphero_probe.errors import LinkLostError, RefusedByPolicyError, RobotRefusedError, SpheroProbeError
 from sphero_probe.link.exchange import Answered, Refused, Silent
 from sphero_probe.link.guard import Consent
@@ -32,7 +38,7 @@ def show_dry(output: Output, device: str, consent: Consent, make: CommandsFor) -
     """
     address = address_of(device)
     robot = model_behind(address)
-    probes = [Probe(command, exact=True) for command in make(robot, 1)]
+    probes = [Probe(command, exact=True) for command in make(robot, port_behind(address))]
     tell_dry_run()
     rows = planned_rows(Plan("single", "", [probes]), generation_behind(address), robot, consent, None)
     output.show(PLANNED, rows)

@@ -43,7 +43,7 @@ def command(
     """
     from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
     from sphero_probe.cli.running import run_plan
-    from sphero_probe.cli.session import address_of, consent_of, generation_behind, model_behind
+    from sphero_probe.cli.session import address_of, consent_of, generation_behind, model_behind, port_behind
     from sphero_probe.cli.words import node
     from sphero_probe.reports.views import PLANNED
 
@@ -54,7 +54,7 @@ def command(
     if dry_run:
         robot = model_behind(place)
         tell_dry_run()
-        rows = planned_rows(plan, generation, robot, consent, node(target, robot, 1))
+        rows = planned_rows(plan, generation, robot, consent, node(target, robot, port_behind(place)))
         output.show(PLANNED, rows)
         return
     run_plan(plan, output, device, consent, target, **connecting)

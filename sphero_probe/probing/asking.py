@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.roles import Job, row_for
+from sphero_probe.catalogue.roles import VERSION_FIELDS, Job, row_for
 from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
 from sphero_probe.link.guard import WRONG_LENGTH, Consent
 from sphero_probe.link.link import Link
@@ -57,12 +57,13 @@ class Asker:
     Attributes:
         profiles: node -> what calibration measured on it.
         intend: told of each probe before it goes out, each time it does.
+        link: to the robot; another one after the line was opened anew.
     """
 
     def __init__(self, link: Link, target: int | None) -> None:
         self.profiles: dict[int | None, Profile] = {}
         self.intend: Callable[[Asked], None] = _forget
-        self._link = link
+        self.link = link
         self._target = target
 
     def masks(self, target: int | None) -> bool:
@@ -82,16 +83,16 @@ class Asker:
         command, _ = self._complete(probe)
         measured = None
         if self._needs_profile(command):
-            measured = await Calibration(self._link, command.target).measure()
+            measured = await Calibration(self.link, command.target).measure()
             self.profiles[command.target] = measured
         return self.complete(number, probe), measured
 
     def complete(self, number: int, probe: Probe) -> Asked:
         """Fill in node and payload, and judge the probe by what is known so far."""
-        guard = self._link.guard
+        guard = self.link.guard
         command, row = self._complete(probe)
         barred = guard.why_not(command) or ""
-        if len(command.payload) > self._link.codec.max_payload:
+        if len(command.payload) > self.link.codec.max_payload:
             barred = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
         return Asked(number, command, guard.assess(command).risk, row, barred)
 
@@ -105,24 +106,24 @@ class Asker:
         for probe in probes:
             command, _ = self._complete(probe)
             if self._needs_profile(command):
-                self.profiles[command.target] = await Calibration(self._link, command.target).measure()
+                self.profiles[command.target] = await Calibration(self.link, command.target).measure()
                 measured.append(self.profiles[command.target])
         return measured
 
     def _complete(self, probe: Probe) -> tuple[Command, CommandRow | None]:
         """Fill in node and payload; return the command and what is known of it."""
-        guard = self._link.guard
+        guard = self.link.guard
         command = probe.command
         if command.target is None:
             command = command._replace(target=self._target)
-        row = lookup(self._link.codec.generation, command.did, command.cid, guard.robot)
+        row = lookup(self.link.codec.generation, command.did, command.cid, guard.robot)
         if not probe.exact and not command.payload:
             command = command._replace(payload=payload_for(row, guard.consent))
         return command, row
 
     def _needs_profile(self, command: Command) -> bool:
         """Whether how this node treats lengths matters for the command, and is not yet known."""
-        guard = self._link.guard
+        guard = self.link.guard
         by_length = guard.assess(command).risk is Risk.PROBE or guard.hinges_on_length_check(command)
         return by_length and command.target not in self.profiles
 
@@ -140,10 +141,10 @@ class Asker:
         while True:
             attempt += 1
             self.intend(asked)
-            exchange = await self._link.ask(asked.command, alone=alone)
+            exchange = await self.link.ask(asked.command, alone=alone)
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
                 return Tried(exchange, attempt)
-            verdict = self._link.codec.verdict(exchange.response.code)
+            verdict = self.link.codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
                 await self.do(Job.WAKE, asked.command.target)
@@ -159,15 +160,15 @@ class Asker:
         Raises:
             LinkLostError: the robot is gone.
         """
-        row = row_for(self._link.codec.generation, job)
+        row = row_for(self.link.codec.generation, job)
         if row is None:
             return None
         command = Command(row.did, row.cid, b"", target)
         for _ in range(ATTEMPTS - 1):
-            exchange = await self._link.ask(command, alone=True)
+            exchange = await self.link.ask(command, alone=True)
             if not isinstance(exchange, Silent):
                 return exchange
-        return await self._link.ask(command, alone=True)
+        return await self.link.ask(command, alone=True)
 
     async def identify(self) -> dict[str, str]:
         """Wake the robot and read its firmware version, per node name.
@@ -176,16 +177,17 @@ class Asker:
             LinkLostError: the robot is gone.
         """
         await self.do(Job.WAKE, self._target)
-        robot = self._link.guard.robot
+        robot = self.link.guard.robot
         nodes = robot.nodes if robot and self._target is not None else {0: "robot"}
         versions: dict[str, str] = {}
-        row = row_for(self._link.codec.generation, Job.VERSION)
+        row = row_for(self.link.codec.generation, Job.VERSION)
         for node, name in nodes.items():
             target = None if self._target is None else self._target & 0xF0 | node
             exchange = await self.do(Job.VERSION, target)
             if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
                 fields = row.response.decode(exchange.response.payload).fields
-                versions[name] = ".".join(str(part) for part in fields.values())
+                parts = (fields.get(part) for part in VERSION_FIELDS[row.generation])
+                versions[name] = ".".join(str(part) for part in parts if part is not None)
         return versions
 
 

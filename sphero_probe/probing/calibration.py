@@ -23,7 +23,8 @@ _ABSENT_DEVICES: Final = (0xEE, 0xED, 0xEC)
 _ABSENT_COMMANDS: Final = (0xFD, 0xFC, 0xFB)
 """Command ids far from any that a device is known to have."""
 _LENGTHS: Final = (WRONG_LENGTH, 40, 0)
-_GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)
+GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)
+"""What a robot says of a pair that it does not have."""
 
 
 class Strictness(StrEnum):
@@ -63,12 +64,14 @@ class Profile(NamedTuple):
         strictness: the conclusion.
         why: one line.
         steps: the evidence.
+        absent: a pair that the node called absent, None where it called none so.
     """
 
     target: int | None
     strictness: Strictness
     why: str
     steps: tuple[Step, ...]
+    absent: Command | None = None
 
 
 class Calibration:
@@ -78,6 +81,7 @@ class Calibration:
         self._link = link
         self._target = target
         self._steps: list[Step] = []
+        self._absent: Command | None = None
         self._last: Verdict | None = None
         self._verdicts: set[Verdict | None] = set()
 
@@ -136,7 +140,7 @@ class Calibration:
                 said = await self._ask(pair._replace(payload=bytes(length)), "absent")
                 if said is Verdict.BAD_LENGTH:
                     return Strictness.MASKING, f"{length} bytes are refused even where no command exists"
-                if said not in _GONE:
+                if said not in GONE:
                     return Strictness.UNKNOWN, f"an absent command answers {length} bytes differently"
         return Strictness.STRICT, "surplus bytes are refused, and only where a command exists"
 
@@ -146,6 +150,7 @@ class Calibration:
             if await self._ask(candidate._replace(payload=bytes(WRONG_LENGTH)), wanted.value) is wanted:
                 absent = candidate._replace(target=self._target)
                 self._link.guard.take_as_absent(absent)
+                self._absent = absent
                 return absent
         return None
 
@@ -169,4 +174,4 @@ class Calibration:
         return verdict
 
     def _conclude(self, strictness: Strictness, why: str) -> Profile:
-        return Profile(self._target, strictness, why, tuple(self._steps))
+        return Profile(self._target, strictness, why, tuple(self._steps), self._absent)

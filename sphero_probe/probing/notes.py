@@ -1,6 +1,6 @@
 """What is seen besides the findings, in words: asides and calibration profiles in, notes out."""
 
-from sphero_probe.catalogue import lookup
+from sphero_probe.catalogue import notification_row
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.link.exchange import Aside, Late
 from sphero_probe.probing.calibration import Profile
@@ -13,7 +13,7 @@ def note_of(aside: Aside, codec: Codec, robot: Robot | None) -> Note:
     """Return the note that a notification, a late answer or a malformed frame leaves."""
     match aside:
         case Notification(did=did, cid=cid, payload=payload, source=source):
-            row = lookup(codec.generation, did, cid, robot) if did is not None else None
+            row = notification_row(codec.generation, did, cid, robot)
             name = row.name if row else "unknown notification"
             fields = row.response.decode(payload).fields if row and row.response else {}
             ids = f"0x{cid:02x}" if did is None else f"0x{did:02x}:0x{cid:02x}"

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple, assert_never
 
-from sphero_probe.catalogue import lookup, rows_of
+from sphero_probe.catalogue import lookup, notification_row, rows_of
 from sphero_probe.catalogue.layout import Decoded
-from sphero_probe.catalogue.model import CommandRow, Kind, Robot
+from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Refused
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
@@ -196,7 +196,11 @@ def _known(
 ) -> CommandRow | None:
     """The catalogue's row of a pair, one in the given role where there is any."""
     did, cid = pair
-    if did is None or cid is None:
+    if cid is None:
+        return None
+    if kind is Kind.NOTIFICATION:
+        return notification_row(generation, did, cid, robot)
+    if did is None:
         return None
     fitting = (row for row in rows_of(generation, did, cid) if row.kind is kind)
     likely = lookup(generation, did, cid, robot)
@@ -208,7 +212,8 @@ def command_row(command: CommandRow) -> Row:
     return Row(
         "command",
         {
-            "did": command.did,
+            "generation": command.generation.value,
+            "did": None if command.did == NO_DEVICE else command.did,
             "cid": command.cid,
             "name": command.name,
             "kind": command.kind.value,

@@ -181,6 +181,7 @@ HEARD: Final = View("packet", (_both("time", whole=True), *PACKETS.columns), "No
 """Packets with the time they came at, as ``listen`` shows them."""
 
 _COMMAND_RECORD: Final = (
+    *_record("generation"),
     *_record("did", "cid", show=hex_id),
     *_record("name", "kind", "risk"),
     *_record("request", "response", show=phrases.layout_record),
@@ -204,6 +205,7 @@ COMMAND: Final = View(
     "command",
     (
         *_COMMAND_RECORD,
+        _table("Protocol", lambda data: shown(data.get("generation"))),
         *_COMMAND_TABLE,
         _table("Takes -> gives", phrases.exchanged),
         _table("Robots", lambda data: phrases.robots(data.get("robots"))),

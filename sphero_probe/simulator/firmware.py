@@ -50,6 +50,8 @@ class Lengths(NamedTuple):
         if layout.fixed_length is not None:
             return cls(layout.fixed_length, layout.fixed_length)
         last = layout.fields[-1]
+        if last.optional:
+            return cls(layout.minimum_length, layout.minimum_length + last.size, last.size)
         if last.type == "uint":
             return cls(layout.minimum_length, layout.minimum_length + 7)
         return cls(layout.minimum_length, None, last.width)
@@ -182,7 +184,10 @@ def _secrets(settings: Settings, known: list[FirmwareCommand]) -> list[FirmwareC
     sealed = BRICK_DEVICES[settings.model.generation]
     places = sorted({(command.node, command.did) for command in known})
     free = [did for did in _SECRET_DEVICES if did not in {known_did for known_did, _ in taken}]
-    places.append((chance.choice(sorted({node for node, _ in places})), chance.choice(free)))
+    home = chance.choice(sorted({node for node, _ in places}))
+    places.append((home, chance.choice(free)))
+    while sum(_room(did, taken) for _, did in places) < settings.hidden:
+        places.append((home, next(did for did in free if (home, did) not in places)))
     weights = [1 if did in sealed else 4 for _, did in places]
     drawn: dict[tuple[int, int, int], FirmwareCommand] = {}
     while len(drawn) < settings.hidden:
@@ -194,6 +199,11 @@ def _secrets(settings: Settings, known: list[FirmwareCommand]) -> list[FirmwareC
         lengths, risk = _secret_nature(chance, relatives, sealed=did in sealed)
         drawn[node, did, cid] = FirmwareCommand(node, did, cid, lengths, risk, hidden=True)
     return list(drawn.values())
+
+
+def _room(did: int, taken: set[tuple[int, int]]) -> int:
+    """Count the CIDs of a device that a hidden command may have."""
+    return sum((did, cid) not in taken for cid in range(_SECRET_CIDS))
 
 
 def _secret_nature(chance: Random, relatives: list[FirmwareCommand], *, sealed: bool) -> tuple[Lengths, Risk]:

@@ -5,6 +5,7 @@ from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.model import AnswerStyle
 from sphero_probe.protocol.packets import Generation, Notification, Request, Response, Verdict
+from sphero_probe.protocol.v1 import SOP2_ACTIVITY, V1
 from sphero_probe.protocol.v2 import FLAG_ACTIVITY, FLAG_ANSWER, FLAG_ONLY_ERRORS, V2
 
 _BEHIND_UART: Final = 2
@@ -20,15 +21,17 @@ class Manners(NamedTuple):
         node_wanted: request -> the node it is meant for, 0 for whoever can serve it.
         objection: request -> why it is refused before anybody looks at the command, None when it is not.
         is_answered: request, whether it went well -> whether a response is sent.
+        is_activity: request -> whether it starts the sleep timer anew.
         respond: request, style, node that serves, code, payload -> the response.
-        notify: style, node that speaks, (did, cid), payload -> the notification.
+        notify: style, node that speaks, (did, cid), payload -> the notification; did None in V1.
     """
 
     node_wanted: Callable[[Request], int]
     objection: Callable[[Request], Verdict | None]
     is_answered: Callable[[Request, bool], bool]
+    is_activity: Callable[[Request], bool]
     respond: Callable[[Request, AnswerStyle, int, int, bytes], Response]
-    notify: Callable[[AnswerStyle, int, tuple[int, int], bytes], Notification]
+    notify: Callable[[AnswerStyle, int, tuple[int | None, int], bytes], Notification]
 
 
 def _node_wanted(request: Request) -> int:
@@ -47,6 +50,10 @@ def _is_answered(request: Request, well: bool) -> bool:
     return bool(request.flags & FLAG_ANSWER) and not well
 
 
+def _is_activity(request: Request) -> bool:
+    return bool(request.flags & FLAG_ACTIVITY)
+
+
 def _respond(request: Request, style: AnswerStyle, node: int, code: int, payload: bytes) -> Response:
     command = request.command
     target: int | None = None
@@ -63,12 +70,32 @@ def _respond(request: Request, style: AnswerStyle, node: int, code: int, payload
     return Response(request.seq, code, payload, command.did, command.cid, source, target, activity)
 
 
-def _notify(style: AnswerStyle, node: int, pair: tuple[int, int], payload: bytes) -> Notification:
+def _notify(style: AnswerStyle, node: int, pair: tuple[int | None, int], payload: bytes) -> Notification:
     source = None if style is AnswerStyle.NONE else node
     return Notification(*pair, payload, source, flags=FLAG_ACTIVITY)
 
 
+def _v1_is_answered(request: Request, _well: bool) -> bool:
+    return request.wants_answer
+
+
+def _v1_respond(request: Request, _style: AnswerStyle, _node: int, code: int, payload: bytes) -> Response:
+    return Response(request.seq, code, payload)
+
+
+def _v1_notify(_style: AnswerStyle, _node: int, pair: tuple[int | None, int], payload: bytes) -> Notification:
+    return Notification(*pair, payload)
+
+
 MANNERS: Final[dict[Generation, Manners]] = {
-    V2.generation: Manners(_node_wanted, _objection, _is_answered, _respond, _notify)
+    V1.generation: Manners(
+        node_wanted=lambda _request: 0,
+        objection=lambda _request: None,
+        is_answered=_v1_is_answered,
+        is_activity=lambda request: bool(request.flags & SOP2_ACTIVITY),
+        respond=_v1_respond,
+        notify=_v1_notify,
+    ),
+    V2.generation: Manners(_node_wanted, _objection, _is_answered, _is_activity, _respond, _notify),
 }
 """The generations that a fake robot can speak."""

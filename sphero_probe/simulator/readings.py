@@ -9,6 +9,7 @@ from sphero_probe.catalogue.layout import Field, Layout
 from sphero_probe.catalogue.model import CommandRow, Robot
 
 _BY_NAME: Final[tuple[tuple[str, float, float], ...]] = (
+    ("record_version", 1, 1),
     ("major", 4, 9),
     ("minor", 0, 9),
     ("revision", 100, 499),
@@ -18,6 +19,11 @@ _BY_NAME: Final[tuple[tuple[str, float, float], ...]] = (
     ("hysteresis", 0.05, 0.1),
     ("critical_threshold", 3.3, 3.4),
     ("low_threshold", 3.5, 3.6),
+    ("battery_voltage", 7.2, 8.2),
+    ("low_trip", 7.0, 7.0),
+    ("critical_trip", 6.5, 6.5),
+    ("degrees", 18, 36),
+    ("tenths", 0, 9),
 )
 """Part of a field's name, and between what its value lies; the first that fits counts, before the unit."""
 _BY_UNIT: Final[dict[str, tuple[float, float]]] = {
@@ -46,6 +52,7 @@ _BY_TYPE: Final[dict[str, tuple[float, float]]] = {
 }
 _LARGEST: Final = {"u8": 0xFF, "i8": 0x7F, "u16": 0xFFFF, "i16": 0x7FFF}
 _DULL: Final = {"unknown", "reserved", "unused", "critical"}
+_ID_COLOURS: Final = "BGOPRWY"
 _MOST: Final = 6
 """Elements or bytes at most where a layout leaves the number open."""
 
@@ -54,7 +61,8 @@ class Identity(NamedTuple):
     """What tells one robot from its siblings.
 
     Attributes:
-        name: as advertised; the model's prefix and the end of the address.
+        name: as advertised; the model's prefix and the end of the address, without a prefix ``Sphero-`` and
+            three letters that stand for colours.
         address: a random static, locally administered MAC, ``C6:01:…``.
     """
 
@@ -64,18 +72,25 @@ class Identity(NamedTuple):
 
 def identity(robot: Robot, seed: int) -> Identity:
     """Draw a name and an address."""
-    first, *rest = Random(f"{seed} {robot.key} address").randbytes(6)
+    chance = Random(f"{seed} {robot.key} address")
+    first, *rest = chance.randbytes(6)
     address = bytes((first & 0x3C | 0xC2, *rest)).hex(":").upper()
-    return Identity(f"{robot.prefix}{address[-5:].replace(':', '')}", address)
+    if robot.prefix:
+        return Identity(f"{robot.prefix}{address[-5:].replace(':', '')}", address)
+    return Identity("Sphero-" + "".join(chance.choices(_ID_COLOURS, k=3)), address)
 
 
 class Readings:
-    """The answers of one robot to its documented reads; the same ones as long as it lives."""
+    """The answers of one robot to its documented reads; the same ones as long as it lives.
+
+    Attributes:
+        identity: its name and address.
+    """
 
     def __init__(self, robot: Robot, seed: int) -> None:
         self._robot = robot
         self._seed = seed
-        self._identity = identity(robot, seed)
+        self.identity = identity(robot, seed)
 
     def payload(self, row: CommandRow, node: int) -> bytes:
         """Return the data of a response or notification of one node; a few bytes where no layout is known."""
@@ -92,9 +107,9 @@ class Readings:
 
     def _texts(self, node: int) -> dict[str, str]:
         return {
-            "get_mac_address": self._identity.address.replace(":", "").lower(),
-            "get_bluetooth_name": self._identity.name,
-            "get_bluetooth_advertising_name": self._identity.name,
+            "get_mac_address": self.identity.address.replace(":", "").lower(),
+            "get_bluetooth_name": self.identity.name,
+            "get_bluetooth_advertising_name": self.identity.name,
             "get_sku": self._robot.sku,
             "get_three_character_sku": self._robot.sku,
             "get_sku_lmq": self._robot.sku,
@@ -103,7 +118,9 @@ class Readings:
         }
 
     def _fill(self, layout: Layout, chance: Random, text: str | None) -> bytes:
-        return layout.encode({field.name: _value(field, chance, text) for field in layout.fields})
+        """Give every field a value but those that some robots leave out."""
+        fields = (field for field in layout.fields if not field.optional)
+        return layout.encode({field.name: _value(field, chance, text) for field in fields})
 
 
 def _value(field: Field, chance: Random, text: str | None) -> object:

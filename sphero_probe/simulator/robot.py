@@ -2,21 +2,20 @@
 
 from collections.abc import Callable
 from random import Random
-from typing import Final, NamedTuple
+from typing import NamedTuple, assert_never
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Malformed, Request, Role, Verdict
-from sphero_probe.simulator.behaviours import WAKE, Call, News, Reply, execute
+from sphero_probe.simulator.behaviours import REPERTOIRES, execute
+from sphero_probe.simulator.calls import Call, News, Reply
 from sphero_probe.simulator.firmware import LONGEST, Fact, FirmwareCommand
 from sphero_probe.simulator.manners import MANNERS
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
+from sphero_probe.simulator.rest import Rest, Turn
 from sphero_probe.simulator.settings import Settings, Strict
 from sphero_probe.simulator.state import State
-from sphero_probe.simulator.streaming import DATA
-
-_SET_NAME: Final = (0x19, 0x03)
 
 
 class Executed(NamedTuple):
@@ -56,7 +55,9 @@ class FakeRobot:
         self._own_name, self.address = identity(settings.model, settings.seed)
         self._settings = settings
         self._on_execute = on_execute
-        self._state = State(settings)
+        self._repertoire = REPERTOIRES[settings.model.generation]
+        idleness = self._repertoire.idleness
+        self._state = State(settings, Rest(idleness.timeout, idleness.notice))
         self._radio = Radio(settings)
         self._codec = CODECS[settings.model.generation]
         self._codes = {self._codec.verdict(code): code for code in range(0xFF, -1, -1)}
@@ -66,9 +67,9 @@ class FakeRobot:
 
     @property
     def name(self) -> str:
-        """The Bluetooth name: the model's prefix and four hex digits, until another one is set."""
+        """The Bluetooth name: the robot's own, until another one is set."""
         for (_, *pair), payload in self._state.memory.items():
-            if tuple(pair) == _SET_NAME:
+            if tuple(pair) == self._repertoire.name_setter:
                 return payload.partition(b"\0")[0].decode("utf-8", "replace")
         return self._own_name
 
@@ -86,9 +87,18 @@ class FakeRobot:
         """Return every command that exists, in rising order of node, device and command id."""
         return self._state.firmware.truth()
 
+    def wake(self, *, now: float) -> None:
+        """Wake it by other means than a command: a BLE write of its own kind, or a touch.
+
+        Nothing else wakes a V1 robot that was told, or came, to sleep. From deep sleep it does not wake.
+        """
+        if not (self._state.off or self._state.in_bootloader):
+            self._state.asleep = False
+            self._state.rest.touch(now=now)
+
     def hear(self, data: bytes, *, now: float) -> None:
         """Take what the host wrote; ``now`` in seconds of the caller's clock."""
-        self._run_stream(now)
+        self._pass_time(now)
         for packet in self._decoder.feed(self._radio.carry(data)):
             match packet:
                 case Request():
@@ -100,19 +110,19 @@ class FakeRobot:
 
     def speak(self, *, now: float) -> list[bytes]:
         """Return the chunks that have arrived at the host by ``now``, in order."""
-        self._run_stream(now)
+        self._pass_time(now)
         return self._radio.receive(now=now)
 
     def next_time(self) -> float | None:
         """Return when ``speak`` may have something again, None when only ``hear`` can bring that about."""
         stream = self._state.stream
-        times = (self._radio.next_time(), stream.due if stream else None)
+        times = (self._radio.next_time(), stream.due if stream else None, self._state.rest.due)
         return min((time for time in times if time is not None), default=None)
 
     def _serve(self, request: Request, now: float) -> None:
         did, cid, *_ = request.command
         state = self._state
-        if state.off or (state.asleep and (did, cid) != WAKE):
+        if state.off or (state.asleep and (did, cid) != self._repertoire.wake):
             return
         node, reply = self._reply(request, now)
         code = self._codes[reply.verdict] if reply.code is None else reply.code
@@ -120,8 +130,12 @@ class FakeRobot:
         if self._manners.is_answered(request, well) and (did, cid) not in self._settings.silent:
             response = self._manners.respond(request, self.model.answer_style, node, code, reply.payload)
             self._radio.send(self._codec.encode_response(response), now=now)
+        if reply.prompt:
+            self._radio.send(reply.prompt, now=now)
         for news in reply.news:
             self._notify(news, now)
+        if self._manners.is_activity(request) and not (state.asleep or state.in_bootloader):
+            state.rest.touch(now=now)
 
     def _reply(self, request: Request, now: float) -> tuple[int, Reply]:
         """Find out what a request gets, and from which node."""
@@ -137,7 +151,8 @@ class FakeRobot:
             return node, Reply(objection)
         if self._settings.busy and self._busy.random() < self._settings.busy:
             return node, Reply(Verdict.BUSY)
-        if not firmware.has_device(node, did):
+        shut_out = self._state.in_bootloader and did != self._repertoire.bootloader
+        if shut_out or not firmware.has_device(node, did):
             return node, Reply(Verdict.NO_DEVICE)
         if command is None:
             masked = self._settings.mask and payload
@@ -162,11 +177,35 @@ class FakeRobot:
         notification = self._manners.notify(self.model.answer_style, news.node, news.pair, news.payload)
         self._radio.send(self._codec.encode_notification(notification), now=now)
 
+    def _pass_time(self, now: float) -> None:
+        """Let happen what happens by itself until ``now``, in order."""
+        rest = self._state.rest
+        rest.begin(now=now)
+        while rest.due is not None and rest.due <= now:
+            due = rest.due
+            self._run_stream(due)
+            self._turn(rest.take(), due)
+        self._run_stream(now)
+
     def _run_stream(self, now: float) -> None:
         stream = self._state.stream
         while stream and (sample := stream.sample(now=now)):
             due, payload = sample
-            self._notify(News(stream.node, DATA, payload), due)
+            self._notify(News(stream.wish.node, stream.wish.pair, payload), due)
+
+    def _turn(self, turn: Turn, now: float) -> None:
+        idleness = self._repertoire.idleness
+        node = next(iter(self.model.nodes))
+        match turn:
+            case Turn.WARN:
+                self._notify(News(node, idleness.warning), now)
+            case Turn.SLEEP:
+                self._state.fall_asleep()
+                self._notify(News(node, idleness.asleep), now)
+            case Turn.WAKE:
+                self.wake(now=now)
+            case _:
+                assert_never(turn)
 
 
 def _fitted(command: FirmwareCommand, payload: bytes) -> bytes:

@@ -1,11 +1,13 @@
 """What a robot remembers: settings come in, its state goes out and changes with every executed command."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.model import LedTable
 from sphero_probe.simulator.firmware import Firmware
 from sphero_probe.simulator.readings import Readings
+from sphero_probe.simulator.rest import Rest
 from sphero_probe.simulator.settings import Settings
 
 if TYPE_CHECKING:
@@ -29,16 +31,19 @@ class State:
         firmware: its commands.
         readings: its answers to reads.
         leds: channel -> brightness 0-255; ``front_red`` for a lamp of three channels, ``head`` for one.
-        channels: bit of the LED mask -> name of the channel.
+        channels: number of a channel, in the LED mask where there is one -> its name.
         memory: (node, did, cid) -> the last payload of every executed command but reads.
         setters: key of a getter -> key of the setter whose payload it answers.
         frames: numbers of the saved animation frames.
+        colour: the three bytes of the main lamp that it keeps without power, empty before any were given.
         stream: the running sensor stream, or None.
+        rest: when it sleeps and wakes by itself.
         asleep: hears nothing but wake.
         off: in deep sleep, hears nothing any more.
+        in_bootloader: has nothing but its bootloader.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, rest: Rest) -> None:
         self.model = settings.model
         self.seed = settings.seed
         self.strict = settings.strict
@@ -49,9 +54,24 @@ class State:
         self.memory: dict[Key, bytes] = {}
         self.setters = _setters(self.firmware)
         self.frames: set[int] = set()
+        self.colour = b""
         self.stream: Stream | None = None
+        self.rest = rest
         self.asleep = False
         self.off = False
+        self.in_bootloader = False
+
+    def light(self, channels: Iterable[int], values: Iterable[int]) -> None:
+        """Give channels a brightness each, as long as there are values."""
+        self.leds.update(
+            (self.channels[channel], value) for channel, value in zip(channels, values, strict=False)
+        )
+
+    def fall_asleep(self, *, wakes: float | None = None) -> None:
+        """Sleep until somebody wakes it, or until a time in seconds of the caller's clock."""
+        self.asleep = True
+        self.stream = None
+        self.rest.sleep(wakes)
 
 
 def _channels(table: LedTable | None) -> dict[int, str]:

@@ -12,8 +12,11 @@ from sphero_probe.transports.base import Connection, OpenOptions, Seen
 SCHEMES: Final[dict[str, str]] = {
     "ble": "sphero_probe.transports.ble",
     "fake": "sphero_probe.transports.fake",
+    "rfcomm": "sphero_probe.transports.serial:open_rfcomm",
+    "serial": "sphero_probe.transports.serial",
 }
-"""Scheme of an address -> module with ``open_connection(rest, options)``; imported when it is opened."""
+"""Scheme of an address -> module with ``open_connection(rest, options)``, or ``module:function`` where that
+has another name; imported when it is opened."""
 
 _SCHEME = re.compile(r"([a-z]+):(.*)", re.DOTALL)
 _MAC = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
@@ -67,10 +70,9 @@ def open_transport(
     Raises:
         SpheroProbeError: on entering, when the robot cannot be reached.
     """
-    module = import_module(SCHEMES[address.scheme])
-    opened: AbstractAsyncContextManager[Connection] = module.open_connection(
-        address.rest, options or OpenOptions()
-    )
+    module, _, function = SCHEMES[address.scheme].partition(":")
+    open_connection = getattr(import_module(module), function or "open_connection")
+    opened: AbstractAsyncContextManager[Connection] = open_connection(address.rest, options or OpenOptions())
     return opened
 
 

@@ -9,7 +9,7 @@ from bleak import BleakClient
 from bleak.backends.characteristic import BleakGATTCharacteristic
 from bleak.exc import BleakError
 
-from sphero_probe.catalogue.robots import ANTI_DOS_CHARACTERISTIC, ANTI_DOS_PHRASE, API_CHARACTERISTIC
+from sphero_probe.catalogue.gatt import PROFILES, GattProfile
 from sphero_probe.errors import (
     ConnectionFailedError,
     LinkLostError,
@@ -17,7 +17,6 @@ from sphero_probe.errors import (
     SpheroProbeError,
     UnavailableError,
 )
-from sphero_probe.protocol.packets import Generation
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.ble.explain import GRACE, step
 from sphero_probe.transports.ble.scanner import Heard, find, find_only
@@ -30,13 +29,13 @@ _SMALLEST_SLICE: Final = 20
 
 
 class BleTransport:
-    """A pipe through one characteristic; the callback only enqueues."""
+    """A pipe into one characteristic and out of one; the callback only enqueues."""
 
-    def __init__(self, client: BleakClient, characteristic: BleakGATTCharacteristic) -> None:
+    def __init__(self, client: BleakClient, commands: BleakGATTCharacteristic) -> None:
         self._client = client
-        self._characteristic = characteristic
-        self._slice = max(_SMALLEST_SLICE, characteristic.max_write_without_response_size)
-        self._response = "write-without-response" not in characteristic.properties
+        self._commands = commands
+        self._slice = max(_SMALLEST_SLICE, commands.max_write_without_response_size)
+        self._response = "write-without-response" not in commands.properties
         self._heard: asyncio.Queue[bytes] = asyncio.Queue()
 
     async def write(self, data: bytes) -> None:
@@ -49,7 +48,7 @@ class BleTransport:
             async with step("write", _WRITE_TIMEOUT):
                 for at in range(0, len(data), self._slice):
                     await self._client.write_gatt_char(
-                        self._characteristic, data[at : at + self._slice], response=self._response
+                        self._commands, data[at : at + self._slice], response=self._response
                     )
         except SpheroProbeError as error:
             raise LinkLostError(f"the link to the robot is lost ({error})", error.hint) from error
@@ -123,20 +122,41 @@ async def _connect(
 
 
 async def _unlock(client: BleakClient, options: OpenOptions) -> bool:
-    """Write the anti-DoS phrase where the robot wants one; tell whether it did."""
-    lock = client.services.get_characteristic(ANTI_DOS_CHARACTERISTIC)
-    if lock is None:
-        return False
-    options.on_step("handshake")
-    async with step("handshake", options.timeout):
-        await client.write_gatt_char(lock, ANTI_DOS_PHRASE, response=True)
-    return True
+    """Write the phrases that the robot has characteristics for; tell whether there were any."""
+    unlocked = False
+    for uuid, phrase in (entry for profile in PROFILES for entry in profile.unlock):
+        lock = client.services.get_characteristic(uuid)
+        if lock is None:
+            continue
+        if not unlocked:
+            options.on_step("handshake")
+        unlocked = True
+        async with step("handshake", options.timeout):
+            await client.write_gatt_char(lock, phrase, response=True)
+    return unlocked
+
+
+def _face(client: BleakClient) -> GattProfile | None:
+    """Return the profile that the robot's services show, None where they show none."""
+    characteristics = client.services
+    for profile in PROFILES:
+        ends = (profile.commands, profile.answers)
+        if all(characteristics.get_characteristic(uuid) for uuid in ends):
+            return profile
+    return None
+
+
+def _characteristic(client: BleakClient, uuid: str) -> BleakGATTCharacteristic:
+    found = client.services.get_characteristic(uuid)
+    if found is None:
+        raise _no_api(client)
+    return found
 
 
 def _no_api(client: BleakClient) -> ConnectionFailedError:
     found = ", ".join(service.uuid for service in client.services) or "none"
     return ConnectionFailedError(
-        f"services: this robot has no Sphero V2 API; it has: {found}",
+        f"services: this robot has no Sphero API; it has: {found}",
         "is it a Sphero? a robot asleep may hide it: wake it and try again",
     )
 
@@ -154,24 +174,26 @@ async def open_connection(rest: str, options: OpenOptions) -> AsyncIterator[Conn
     async with AsyncExitStack() as opened:
         heard, client = await _connect(rest, options, gone, opened)
         unlocked = await _unlock(client, options)
-        characteristic = client.services.get_characteristic(API_CHARACTERISTIC)
-        if characteristic is None and unlocked:
+        profile = _face(client)
+        if profile is None and unlocked:
             # some droids reveal the API only now; a second client discovers services anew on the same link
             options.on_step("services")
             client = await opened.enter_async_context(_client(heard, options, gone))
-            characteristic = client.services.get_characteristic(API_CHARACTERISTIC)
-        if characteristic is None:
+            profile = _face(client)
+        if profile is None:
             raise _no_api(client)
-        transport = BleTransport(client, characteristic)
+        transport = BleTransport(client, _characteristic(client, profile.commands))
         hang_up = asyncio.create_task(_tell_when(gone, transport), name="disconnect watch")
         opened.callback(hang_up.cancel)
         opened.callback(transport.on_disconnect)
         options.on_step("notify")
         async with step("notify", options.timeout):
-            await client.start_notify(characteristic, transport.on_notification)
+            answers = _characteristic(client, profile.answers)
+            await client.start_notify(answers, transport.on_notification)
         seen = heard.seen
+        robot = seen.robot if seen.robot and seen.robot.generation is profile.generation else None
         yield Connection(
-            transport, Generation.V2, seen.robot, seen.name or seen.address, f"ble:{seen.address}"
+            transport, profile.generation, robot, seen.name or seen.address, f"ble:{seen.address}"
         )
 
 

@@ -8,7 +8,7 @@ from bleak.backends.device import BLEDevice
 from bleak.backends.scanner import AdvertisementData
 
 from sphero_probe.catalogue import robot_by_prefix
-from sphero_probe.catalogue.robots import API_SERVICE
+from sphero_probe.catalogue.gatt import PROFILES
 from sphero_probe.errors import RobotNotFoundError
 from sphero_probe.transports.base import OpenOptions, Seen
 from sphero_probe.transports.ble.explain import GRACE, step
@@ -23,7 +23,9 @@ class Heard(NamedTuple):
 
 def _is_robot(device: BLEDevice, advertisement: AdvertisementData) -> bool:
     name = advertisement.local_name or device.name or ""
-    return robot_by_prefix(name) is not None or API_SERVICE in advertisement.service_uuids
+    return robot_by_prefix(name) is not None or any(
+        profile.service in advertisement.service_uuids for profile in PROFILES
+    )
 
 
 def _heard(device: BLEDevice, advertisement: AdvertisementData) -> Heard:

@@ -1,0 +1,224 @@
+"""The V1 protocol of Sphero, SPRK, SPRK+, Ollie and BB-8: packets in, frames out, and back.
+
+=============  ==========================================  ============
+a command      ``FF SOP2 DID CID SEQ DLEN data CHK``       SOP2 F8 - FF
+a response     ``FF FF MRSP SEQ DLEN data CHK``
+what is async  ``FF FE ID DLEN_hi DLEN_lo data CHK``
+=============  ==========================================  ============
+
+DLEN counts the data and the checksum. A command without an answer but with a reset of the sleep timer begins
+``FF FE`` as well, so what the starts mean depends on the end of the line that listens:
+
+* a host hears responses and notifications, a robot hears commands;
+* a witness tries a start as all that it can be; the shape that is whole first and adds up is the one.
+  ``FF FE xx 00`` is a notification, as no command is known to have CID 00. Where a command and a response fit
+  the very same bytes (SEQ is one more than DLEN), they are the response if a command with its SEQ was heard
+  and not answered yet, else the command.
+"""
+
+from operator import itemgetter
+from typing import Final
+
+from sphero_probe.protocol.codec import Codec, Decoder
+from sphero_probe.protocol.packets import (
+    Command,
+    Generation,
+    Malformed,
+    Notification,
+    Packet,
+    Request,
+    Response,
+    Role,
+    Verdict,
+)
+from sphero_probe.protocol.v1_frames import MAX_FRAME, Deframer, Kind, Layout, frame
+
+SOP2_ANSWER: Final = 0x01
+SOP2_ACTIVITY: Final = 0x02
+SOP2_COMMAND: Final = 0xFC
+"""SOP2 of a command without options: the upper six bits are set."""
+SOP2_RESPONSE: Final = 0xFF
+SOP2_NOTIFICATION: Final = 0xFE
+
+MAX_PAYLOAD: Final = 254
+"""Longest payload that one DLEN byte can announce beside the checksum."""
+MAX_ASYNC_PAYLOAD: Final = MAX_FRAME - 6
+"""Longest payload of a notification that a decoder waits for; the 16-bit length could announce 65 534."""
+FIXED_PAYLOADS: Final[dict[tuple[int, int], int]] = {(0x02, 0x47): 0x404}
+"""(DID, CID) -> payload length where DLEN 0xFF stands for a fixed length [vendor: password and soul block].
+
+Everywhere else DLEN 0xFF is the number 255.
+"""
+
+_DLEN_FIXED = 0xFF
+_OPTIONS = 0x07
+_FIXED_LENGTHS = {bytes(pair): length + 1 for pair, length in FIXED_PAYLOADS.items()}
+_UNLISTED = ("unlisted", Verdict.UNLISTED)
+
+_CODES: Final[dict[int, tuple[str, Verdict]]] = {
+    0x00: ("OK", Verdict.OK),
+    0x01: ("general error", Verdict.FAILED),
+    0x02: ("bad checksum", Verdict.DAMAGED),
+    0x03: ("command fragment", Verdict.DAMAGED),
+    0x04: ("unknown command id", Verdict.NO_COMMAND),
+    0x05: ("unsupported command", Verdict.NOT_IMPLEMENTED),
+    0x06: ("bad message format", Verdict.BAD_LENGTH),
+    0x07: ("bad parameter value", Verdict.BAD_VALUE),
+    0x08: ("execution failed", Verdict.FAILED),
+    0x09: ("unknown device id", Verdict.NO_DEVICE),
+    0x0A: ("memory busy", Verdict.BUSY),
+    0x0B: ("bad password", Verdict.RESTRICTED),
+    0x31: ("power no good", Verdict.FAILED),
+    0x32: ("page illegal", Verdict.BAD_VALUE),
+    0x33: ("flash fail", Verdict.FAILED),
+    0x34: ("main app corrupt", Verdict.FAILED),
+    0x35: ("message timeout", Verdict.DAMAGED),  # the robot gave up waiting for the rest of the packet
+}
+
+
+class V1Codec:
+    """The V1 half of the seam; stateless."""
+
+    generation = Generation.V1
+    sequence_numbers = range(256)
+    max_payload = MAX_PAYLOAD
+
+    def encode_command(
+        self, command: Command, seq: int, *, answer: bool = True, activity: bool = True
+    ) -> bytes:
+        """Return the frame of a command.
+
+        Args:
+            command: what to ask; ``target`` is left out, V1 has no nodes.
+            seq: the handle, 0-255.
+            answer: SOP2 bit 0; without it the robot acts and says nothing.
+            activity: SOP2 bit 1, reset the inactivity timeout.
+
+        Raises:
+            ValueError: an id is out of range or the payload is longer than 254 bytes; a command in
+                ``FIXED_PAYLOADS`` takes up to 253 bytes or exactly that many.
+        """
+        sop2 = SOP2_COMMAND | (SOP2_ANSWER if answer else 0) | (SOP2_ACTIVITY if activity else 0)
+        return _encode_request(sop2, command, seq)
+
+    def encode_response(self, response: Response) -> bytes:
+        """Return the frame of an answer; what V1 does not send back (ids, addresses) is left out.
+
+        Raises:
+            ValueError: a number is out of range or the payload is longer than 254 bytes.
+        """
+        length = _dlen(response.payload, MAX_PAYLOAD)
+        return frame(SOP2_RESPONSE, bytes((response.code, response.seq, length)) + response.payload)
+
+    def encode_notification(self, notification: Notification) -> bytes:
+        """Return the frame of an async message.
+
+        Raises:
+            ValueError: there is a DID, the id is out of range or the payload is longer than 4090 bytes.
+        """
+        if notification.did is not None:
+            raise ValueError("a V1 notification has one id, its cid: did is not needed")
+        length = _dlen(notification.payload, MAX_ASYNC_PAYLOAD).to_bytes(2)
+        return frame(SOP2_NOTIFICATION, bytes((notification.cid,)) + length + notification.payload)
+
+    def frame_of(self, packet: Packet) -> bytes:
+        """Return the very bytes that a decoded packet came in."""
+        match packet:
+            case Malformed(raw=raw):
+                return raw
+            case Response():
+                return self.encode_response(packet)
+            case Notification():
+                return self.encode_notification(packet)
+            case Request(command=command, seq=seq, flags=flags):
+                return _encode_request(SOP2_COMMAND & ~_OPTIONS | flags & _OPTIONS, command, seq)
+
+    def decoder(self, role: Role) -> Decoder:
+        """Return a fresh decoder for one end of the line, or for a tap on it."""
+        return Deframer(_LAYOUTS[role], _Witness().tell if role is Role.WITNESS else _tell)
+
+    def verdict(self, code: int) -> Verdict:
+        """Return what an MRSP code means; those in no document are ``UNLISTED``."""
+        return _CODES.get(code, _UNLISTED)[1]
+
+    def code_name(self, code: int) -> str:
+        """Return the V1 name of an MRSP code, ``unlisted`` where the documents have none."""
+        return _CODES.get(code, _UNLISTED)[0]
+
+
+def _encode_request(sop2: int, command: Command, seq: int) -> bytes:
+    did, cid, payload, _ = command
+    fixed = FIXED_PAYLOADS.get((did, cid))
+    if fixed is not None and len(payload) >= MAX_PAYLOAD:
+        if len(payload) != fixed:
+            raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_PAYLOAD - 1} or exactly {fixed}")
+        length = _DLEN_FIXED
+    else:
+        length = _dlen(payload, MAX_PAYLOAD)
+    return frame(sop2, bytes((did, cid, seq, length)) + payload)
+
+
+def _dlen(payload: bytes, most: int) -> int:
+    if len(payload) > most:
+        raise ValueError(f"payload of {len(payload)} bytes, at most {most}")
+    return len(payload) + 1
+
+
+def _command_length(header: bytes) -> int:
+    length = header[5]
+    return _FIXED_LENGTHS.get(header[2:4], length) if length == _DLEN_FIXED else length
+
+
+def _unanswered_command_length(header: bytes) -> int:
+    """As ``_command_length``, for a start that a short notification has too: its 00 is no CID."""
+    return _command_length(header) if header[3] else 0
+
+
+_COMMAND = Layout(Kind.COMMAND, 6, _command_length)
+_RESPONSE = Layout(Kind.RESPONSE, 5, itemgetter(4))
+_NOTIFICATION = Layout(Kind.NOTIFICATION, 5, lambda header: header[3] << 8 | header[4])
+_ANY_COMMAND: Final[dict[int, tuple[Layout, ...]]] = dict.fromkeys(range(0xF8, 0x100), (_COMMAND,))
+
+_LAYOUTS: Final[dict[Role, dict[int, tuple[Layout, ...]]]] = {
+    Role.HOST: {SOP2_RESPONSE: (_RESPONSE,), SOP2_NOTIFICATION: (_NOTIFICATION,)},
+    Role.ROBOT: _ANY_COMMAND,
+    Role.WITNESS: _ANY_COMMAND
+    | {
+        SOP2_RESPONSE: (_RESPONSE, _COMMAND),
+        SOP2_NOTIFICATION: (_NOTIFICATION, Layout(Kind.COMMAND, 6, _unanswered_command_length)),
+    },
+}
+
+_new = tuple.__new__  # a NamedTuple's own __new__ costs twice as much, and this is the hot path
+
+
+def _tell(kinds: list[Kind], raw: bytes) -> Packet:
+    """Return the packet of a sound frame, taken as the first of the kinds that it fits."""
+    kind = kinds[0]
+    if kind is Kind.RESPONSE:
+        return _new(Response, (raw[3], raw[2], raw[5:-1], None, None, None, None, SOP2_RESPONSE))
+    if kind is Kind.NOTIFICATION:
+        return _new(Notification, (None, raw[2], raw[5:-1], None, None, None, SOP2_NOTIFICATION))
+    sop2 = raw[1]
+    return _new(Request, (Command(raw[2], raw[3], raw[6:-1]), raw[4], None, sop2, bool(sop2 & SOP2_ANSWER)))
+
+
+class _Witness:
+    """What a tap on the line remembers to tell an answer from a command: which commands wait for one."""
+
+    def __init__(self) -> None:
+        self._unanswered: set[int] = set()
+
+    def tell(self, kinds: list[Kind], raw: bytes) -> Packet:
+        """Return the packet of a sound frame."""
+        if kinds[0] is Kind.RESPONSE and len(kinds) > 1 and raw[3] not in self._unanswered:
+            kinds = kinds[1:]
+        packet = _tell(kinds, raw)
+        if isinstance(packet, Request) and packet.wants_answer:
+            self._unanswered.add(packet.seq)
+        elif isinstance(packet, Response):
+            self._unanswered.discard(packet.seq)
+        return packet
+
+
+V1: Final[Codec] = V1Codec()

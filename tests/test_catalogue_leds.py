@@ -1,0 +1,68 @@
+"""Lamps and colours in, commands out."""
+
+import pytest
+
+from sphero_probe.catalogue import ROBOTS, lookup
+from sphero_probe.catalogue.leds import led_commands, led_payload
+from sphero_probe.protocol.packets import Command
+
+RED, BLUE, GREY = (255, 0, 0), (0, 0, 255), (1, 2, 3)
+WITH_LAMPS = [pytest.param(robot, id=robot.key) for robot in ROBOTS.values() if robot.leds]
+
+
+@pytest.mark.parametrize(
+    ("robot", "wanted", "off", "commands"),
+    [
+        pytest.param("bolt", {"front": RED}, False, ["1a 1c 07ff0000"], id="mask of 8 bits"),
+        pytest.param(
+            "bolt", {"back": BLUE, "front": RED}, False, ["1a 1c 3fff00000000ff"], id="two lamps, one command"
+        ),
+        pytest.param("bolt", {"back": BLUE}, True, ["1a 1c 3f0000000000ff"], id="the others off"),
+        pytest.param("mini", {"aiming": GREY}, False, ["1a 0e 000103"], id="one channel: the brightest"),
+        pytest.param(
+            "rvr", {"headlights": GREY}, False, ["1a 1a 0000003f010203010203"], id="an alias of two"
+        ),
+        pytest.param("bb8", {"front": RED}, False, ["02 20 ff000000"], id="V1 main lamp, not kept"),
+        pytest.param("bb8", {"main": RED}, False, ["02 20 ff000000"], id="V1 main lamp by its name"),
+        pytest.param("ollie", {"back": GREY}, False, ["02 21 03"], id="V1 back lamp"),
+        pytest.param(
+            "sphero", {"back": BLUE, "front": RED}, False, ["02 20 ff000000", "02 21 ff"], id="V1 both"
+        ),
+        pytest.param("sprk", {"back": GREY}, True, ["02 20 00000000", "02 21 03"], id="V1 the other off"),
+        pytest.param("sprk-plus", {}, True, ["02 20 00000000", "02 21 00"], id="V1 all off"),
+        pytest.param("bb8", {}, False, [], id="V1 nothing wanted"),
+        pytest.param("bolt", {}, False, [], id="nothing wanted"),
+        pytest.param("bolt", {"belly": RED}, False, [], id="no such lamp"),
+        pytest.param("lmq", {"front": RED}, True, [], id="no lamps known"),
+    ],
+)
+def test_led_commands(robot, wanted, off, commands):
+    made = led_commands(ROBOTS[robot], wanted, off=off)
+    assert [f"{did:02x} {cid:02x} {payload.hex()}" for did, cid, payload, _ in made] == commands
+    assert {command.target for command in made} <= {None}
+
+
+@pytest.mark.parametrize("robot", WITH_LAMPS)
+def test_every_command_is_one_of_the_robot_and_fits_its_layout(robot):
+    for group in robot.leds.groups:
+        for name in (group.name, *group.aliases):
+            for off in (False, True):
+                for command in led_commands(robot, {name: GREY}, off=off):
+                    row = lookup(robot.generation, command.did, command.cid, robot)
+                    assert robot.key in row.nodes
+                    assert row.request.accepts(len(command.payload))
+
+
+@pytest.mark.parametrize("robot", [param for param in WITH_LAMPS if param.values[0].leds.mask_bytes == 0])
+def test_where_there_is_no_mask_every_lamp_has_its_command(robot):
+    assert all(group.cid is not None for group in robot.leds.groups)
+    assert robot.leds.cid == robot.leds.groups[0].cid
+    assert robot.leds.node is None
+
+
+@pytest.mark.parametrize("robot", [param for param in WITH_LAMPS if param.values[0].leds.mask_bytes])
+def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot):
+    table = robot.leds
+    assert all(group.cid is None and group.tail == b"" for group in table.groups)
+    payload = led_payload(table, {"front": RED}, off=True)
+    assert led_commands(robot, {"front": RED}, off=True) == (Command(table.did, table.cid, payload),)
