@@ -11,18 +11,18 @@ from typing import Any
 from unittest.mock import patch
 
 import spherov2.toy
-from spherov2.controls.v2 import Packet
 from spherov2.toy import Toy
 
-from sphero_probe.catalogue.robots import (
-    ANTI_DOS_CHARACTERISTIC,
-    ANTI_DOS_PHRASE,
-    API_CHARACTERISTIC,
-)
+from sphero_probe.catalogue.gatt import PROFILES
+from sphero_probe.catalogue.robots import V1_WAKE, V1_WAKE_CHARACTERISTIC
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Role
 from sphero_probe.simulator import FakeRobot
 
 _PATIENCE = 10.0
 """Seconds of the real clock after which a thread counts as lost; a good run never waits that long."""
+_FORESIGHT = 60.0
+"""Seconds of the fake clock that pass at most by themselves after a write; V1 robots doze off after 600."""
 
 
 class FakeAdapter:
@@ -35,6 +35,7 @@ class FakeAdapter:
         robot: what is connected; ``address`` stands for it as a scan result does.
         now: seconds of the fake clock.
         greetings: (characteristic, data) of every write that went elsewhere than to the API.
+        heard: what the toy was handed over, piece by piece.
         closed: ``close`` was called.
     """
 
@@ -44,20 +45,32 @@ class FakeAdapter:
         self.robot = robot
         self.now = 0.0
         self.greetings: list[tuple[str, bytes]] = []
+        self.heard: list[bytes] = []
         self.closed = False
-        self._callbacks: dict[str, Callable[[str, bytes], None]] = {}
+        (self._profile,) = [one for one in PROFILES if one.generation is robot.model.generation]
+        self._decoder = CODECS[robot.model.generation].decoder(Role.ROBOT)
+        self._until = _FORESIGHT
+        self._callbacks: dict[str, Callable[[str, bytearray], None]] = {}
         self._written: SimpleQueue[bytes] = SimpleQueue()
         self._arrived: deque[bytes] = deque()
         self._frames = 0
 
     def write(self, uuid: str, data: bytes) -> None:
-        """Take one write of the toy, from any thread."""
-        if uuid == API_CHARACTERISTIC:
+        """Take one write of the toy, from any thread; to wake a V1 robot, from the one that waits.
+
+        Raises:
+            LookupError: the robot has no such characteristic.
+        """
+        if uuid == self._profile.commands:
             self._written.put(bytes(data))
+        elif uuid not in dict(self._profile.unlock):
+            raise LookupError(f"{self.robot.name} has no characteristic {uuid}")
         else:
             self.greetings.append((uuid, bytes(data)))
+            if self.greetings[-1] == (V1_WAKE_CHARACTERISTIC, V1_WAKE):
+                self.robot.wake(now=self.now)
 
-    def set_callback(self, uuid: str, callback: Callable[[str, bytes], None]) -> None:
+    def set_callback(self, uuid: str, callback: Callable[[str, bytearray], None]) -> None:
         """Hand over from now on what a characteristic notifies."""
         self._callbacks[uuid] = callback
 
@@ -86,15 +99,22 @@ class FakeAdapter:
         while self._advance():
             pass
 
+    def idle(self, seconds: float) -> None:
+        """Let time pass and everything arrive that comes meanwhile."""
+        self._until = self.now + seconds
+        self.settle()
+        self.now = self._until
+
     def _advance(self) -> bool:
         """Do the next thing that needs no waiting for the toy; False when there is none."""
         if not self._written.empty():
             self._hear(self._written.get())
         elif self._arrived:
-            self._callbacks[API_CHARACTERISTIC](API_CHARACTERISTIC, self._arrived.popleft())
+            self.heard.append(self._arrived.popleft())
+            self._callbacks[self._profile.answers](self._profile.answers, bytearray(self.heard[-1]))
         elif chunks := self.robot.speak(now=self.now):
             self._arrived.extend(chunks)
-        elif (due := self.robot.next_time()) is not None:
+        elif (due := self.robot.next_time()) is not None and due <= self._until:
             self.now = max(self.now, due)
         else:
             return False
@@ -106,10 +126,11 @@ class FakeAdapter:
         Raises:
             ConnectionError: the robot wants a handshake first.
         """
-        if self.robot.model.handshake and (ANTI_DOS_CHARACTERISTIC, ANTI_DOS_PHRASE) not in self.greetings:
+        if self.robot.model.handshake and self._profile.unlock[0] not in self.greetings:
             raise ConnectionError(f"{self.robot.name} has not been greeted")
         self.robot.hear(data, now=self.now)
-        self._frames += data.endswith(bytes((Packet.Encoding.end,)))
+        self._until = self.now + _FORESIGHT
+        self._frames += len(self._decoder.feed(data))
 
 
 @contextmanager

@@ -57,6 +57,16 @@ def probe(bluez: FakeBlueZ, *arguments: str) -> "subprocess.CompletedProcess[str
     )
 
 
+def start(bluez: FakeBlueZ, *arguments: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "sphero_probe", *arguments],
+        env={**os.environ, "DBUS_SYSTEM_BUS_ADDRESS": bluez.address},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
 def lines(text: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in text.splitlines()]
 
@@ -149,18 +159,36 @@ def test_an_api_that_appears_after_the_handshake_is_found(stage):
     assert '"R2-D2"' in ran.stdout
 
 
-def test_a_link_that_drops_in_a_sweep_keeps_what_was_found(stage):
-    faults = Faults(drop_at_write=40)
+def test_a_link_that_drops_in_a_sweep_is_opened_again(stage):
+    faults = Faults(drop_at_write=90)
     peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=faults)
     with FakeBlueZ([peripheral]) as bluez:
         ran = probe(bluez, "sweep", "--did", "0x13", "--format", "jsonl", "-d", NEW)
-    assert ran.returncode == 4, ran.stderr
+        assert len(bluez.called("Connect")) > 1
+    assert ran.returncode == 0, ran.stderr
     rows = lines(ran.stdout)
+    assert rows[-1]["complete"] is True
+    findings = [row for row in rows if row["type"] == "finding"]
+    assert sorted(row["cid"] for row in findings) == list(range(256))
+    assert {command.risk.word for command in stage.executed} == {"read"}
+
+
+def test_a_robot_that_does_not_come_back_leaves_what_was_found(stage):
+    faults = Faults(drop_at_write=60)
+    peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=faults)
+    with FakeBlueZ([peripheral]) as bluez:
+        command = ["sweep", "--did", "0x13", "--format", "jsonl", "-d", NEW, "--connect-timeout", "0.5"]
+        running = start(bluez, *command)
+        assert running.stdout
+        seen = [running.stdout.readline() for _ in range(3)]
+        bluez.remove(peripheral)
+        out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode in (3, 4), err
+    rows = lines("".join(seen) + out)
     assert rows[-1]["type"] == "summary"
     assert rows[-1]["complete"] is False
-    assert any(row["type"] == "finding" and row["outcome"] == "exists" for row in rows)
-    assert "lost" in ran.stderr or "closed" in ran.stderr
-    assert "Traceback" not in ran.stderr
+    assert "--resume" in err
+    assert "Traceback" not in err
 
 
 def one_line(ran: "subprocess.CompletedProcess[str]", said: str) -> None:

@@ -28,6 +28,8 @@ def test_it_is_short_and_starts_with_a_transcript():
 def test_every_line_runs(cli, line, monkeypatch, tmp_path):
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)
+    if "last" in line or line == "runs":
+        cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
     robot = FakeRobot(parse_settings("bolt-plus"))
     with FakeBlueZ(
         [Peripheral("BP-1234", "AA:BB:CC:DD:EE:01", robot=robot, services=sphero_v2(gate=False))]

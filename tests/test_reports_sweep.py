@@ -155,7 +155,7 @@ def test_maybe_is_marked_and_explained_once():
     assert "maybe  0x13:0x10  get_battery_percentage  bad data length  31.2" in shown
     assert "NEW, maybe: 1 command, not in any catalogue" in shown
     assert "maybe  0x13:0x99  not in any catalogue" in shown
-    assert shown.count("this robot says so of commands that do not exist, too") == 1
+    assert shown.count("this robot may say so of commands that do not exist, too") == 1
     assert "2 exist (2 maybe)" in shown
     assert shown.index("power 0x13") < shown.index("NEW, maybe")
 

@@ -1,9 +1,11 @@
+from collections import Counter
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue import ROBOTS
-from sphero_probe.simulator.radio import NOTIFICATION_BYTES, Radio
+from sphero_probe.simulator.radio import INTERVAL, NOTIFICATION_BYTES, PATIENCE, PER_EVENT, Radio
 from sphero_probe.simulator.settings import Settings
 
 BOLT = ROBOTS["bolt"]
@@ -19,7 +21,11 @@ def _received(**settings):
 
 def _heard(**settings):
     radio = Radio(Settings(BOLT, **settings))
-    return [radio.carry(frame) for frame in FRAMES]
+    heard = []
+    for frame in FRAMES:
+        radio.carry(frame, now=0.0)
+        heard.append(radio.take() if radio.due is not None else b"")
+    return heard
 
 
 def test_a_good_line_changes_nothing():
@@ -99,4 +105,128 @@ def test_duplicates_follow_each_other():
 
 
 def test_nothing_cannot_be_damaged():
-    assert Radio(Settings(BOLT, corrupt=1.0)).carry(b"") == b""
+    radio = Radio(Settings(BOLT, corrupt=1.0))
+    radio.carry(b"", now=0.0)
+    assert radio.due is None
+
+
+def _pump(radio, until):
+    """What arrives at both ends by some time: (when, "up" or "down", packet)."""
+    seen = []
+    while (due := radio.next_time()) is not None and due <= until:
+        while radio.due is not None and radio.due <= due:
+            seen.append((radio.due, "up", radio.take()))
+        seen += [(due, "down", packet) for packet in radio.receive(now=due)]
+    return seen
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 3), st.booleans(), st.binary(min_size=1, max_size=70)), max_size=60),
+    st.sampled_from([0.0075, 0.03, 0.1]),
+    st.integers(1, 6),
+    st.sampled_from([0.0, 0.015]),
+)
+def test_no_event_carries_more_than_it_can(traffic, interval, per_event, latency):
+    radio = Radio(Settings(BOLT, interval=interval, per_event=per_event, latency=latency))
+    radio.connect(now=0.0)
+    traffic = sorted(traffic, key=lambda sent: sent[0])
+    for now, is_up, data in traffic:
+        if is_up:
+            radio.carry(data, now=now)
+        else:
+            radio.send(data, now=now)
+    seen = _pump(radio, 1e9)
+    load = Counter((round(when / interval), direction) for when, direction, _ in seen)
+    assert max(load.values(), default=0) <= per_event
+    for when, _, packet in seen:
+        assert abs(when / interval - round(when / interval)) < 1e-6
+        assert len(packet) <= NOTIFICATION_BYTES
+    for direction, is_up in (("up", True), ("down", False)):
+        got = b"".join(packet for _, where, packet in seen if where == direction)
+        assert got == b"".join(data for _, sent_up, data in traffic if sent_up is is_up)
+
+
+@given(st.floats(0, 1e5), st.floats(0, 10), st.integers(1, 40))
+def test_nothing_travels_in_the_event_in_which_it_was_made(anchor, later, number):
+    radio = Radio(Settings(BOLT, interval=0.03, per_event=1))
+    radio.connect(now=anchor)
+    now = anchor + later
+    for _ in range(number):
+        radio.carry(b"ask", now=now)
+        heard = radio.due
+        assert heard > now
+        radio.send(radio.take(), now=heard)
+        now = radio.next_time()
+        assert now > heard
+        assert now - heard == pytest.approx(0.03)
+        assert radio.receive(now=now) == [b"ask"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "interval", "per_event"),
+    [
+        pytest.param({"interval": 0.05}, 0.05, PER_EVENT, id="interval alone"),
+        pytest.param({"per_event": 2}, INTERVAL, 2, id="size alone"),
+    ],
+)
+def test_half_an_event_is_filled_up(settings, interval, per_event):
+    radio = Radio(Settings(BOLT, **settings))
+    radio.connect(now=0.0)
+    for number in range(2 * per_event):
+        radio.send(bytes([number]), now=0.0)
+    assert [when for when, *_ in _pump(radio, 9.0)] == pytest.approx(
+        [interval] * per_event + [2 * interval] * per_event
+    )
+
+
+def test_a_late_answer_is_overtaken_by_one_other():
+    radio = Radio(Settings(BOLT, reorder=1.0))
+    for answer in (b"1", b"2", b"3", b"4"):
+        radio.send(answer, now=0.0, is_answer=True)
+    assert radio.receive(now=0.0) == [b"2", b"1", b"4", b"3"]
+
+
+def test_a_late_answer_comes_though_no_other_does():
+    radio = Radio(Settings(BOLT, reorder=1.0, latency=0.25))
+    radio.send(b"answer", now=0.0, is_answer=True)
+    radio.send(b"news", now=0.0)
+    assert radio.next_time() == PATIENCE
+    assert _pump(radio, 9.0) == [(0.25, "down", b"news"), (PATIENCE + 0.25, "down", b"answer")]
+
+
+@given(st.lists(st.tuples(st.floats(0, 0.2), st.booleans()), max_size=40), st.floats(0, 1), st.integers(0, 9))
+def test_reordering_keeps_everything(gaps, share, seed):
+    radio = Radio(Settings(BOLT, reorder=share, seed=seed))
+    now, got = 0.0, []
+    for number, (gap, is_answer) in enumerate(gaps):
+        now += gap
+        got += radio.receive(now=now)
+        radio.send(bytes([number]), now=now, is_answer=is_answer)
+    got += [packet for *_, packet in _pump(radio, now + 1.0)]
+    assert sorted(got) == [bytes([number]) for number in range(len(gaps))]
+    news = [packet for packet in got if not gaps[packet[0]][1]]
+    assert news == sorted(news)
+
+
+def test_the_order_follows_the_seed():
+    def order(seed):
+        radio = Radio(Settings(BOLT, reorder=0.3, seed=seed))
+        for number in range(100):
+            radio.send(bytes([number]), now=0.0, is_answer=True)
+        return radio.receive(now=1.0)
+
+    assert order(1) == order(1) != order(2)
+    assert order(1) != sorted(order(1)) == [bytes([number]) for number in range(100)]
+
+
+def test_a_drop_loses_what_is_in_the_air():
+    radio = Radio(Settings(BOLT, latency=0.25, reorder=1.0))
+    radio.send(b"old", now=0.0)
+    radio.send(b"held", now=0.25, is_answer=True)
+    radio.send(b"new", now=0.25)
+    radio.carry(b"never heard", now=0.25)
+    radio.drop(now=0.25)
+    assert _pump(radio, 9.0) == [(0.25, "down", b"old")]
+    radio.send(b"old", now=1.0)
+    radio.connect(now=2.0)
+    assert radio.next_time() is None

@@ -60,6 +60,14 @@ def test_the_last_touch_counts(touches, timeout, notice):
     rest = Rest(timeout, notice)
     for now in touches:
         rest.touch(now=now)
-    (warned, warn), (slept, sleep) = _pass(rest, 1e9)
-    assert (warn, sleep) == (Turn.WARN, Turn.SLEEP)
-    assert touches[-1] <= warned <= slept == touches[-1] + timeout
+    *warnings, (slept, sleep) = _pass(rest, 1e9)
+    assert (slept, sleep) == (touches[-1] + timeout, Turn.SLEEP)
+    expected = [(slept - notice, Turn.WARN)] if timeout > notice else []
+    assert warnings == expected
+
+
+def test_one_that_starts_anew_does_nothing_before():
+    rest = Rest(60.0, 10.0)
+    rest.touch(now=0.0)
+    rest.boot(1.5)
+    assert _pass(rest, 1e9) == [(1.5, Turn.BOOT)]

@@ -15,6 +15,10 @@ class Job(StrEnum):
     ECHO = "echo"
     """Harmless, and its answer is known: what was sent comes back."""
     VERSION = "version"
+    CLAIMED_DEVICES = "claimed devices"
+    """Lists the device ids that the robot says it has; evidence, not truth."""
+    CLAIMED_COMMANDS = "claimed commands"
+    """Lists the command ids of one device likewise; takes the device id."""
     STOP = "stop"
     """Motors off: the arguments are zeros."""
 
@@ -29,6 +33,8 @@ _JOBS: Final[dict[Generation, dict[Job, str]]] = {
         Job.WAKE: "power.wake",
         Job.ECHO: "api_and_shell.ping",
         Job.VERSION: "system_info.get_main_app_version",
+        Job.CLAIMED_DEVICES: "api_and_shell.get_supported_dids",
+        Job.CLAIMED_COMMANDS: "api_and_shell.get_supported_cids",
         Job.STOP: "drive.set_raw_motors",
     },
 }

@@ -11,6 +11,7 @@ COMMANDS: Final[dict[str, str]] = {
     "scan": "List the robots nearby.",
     "info": "Ask a robot about itself: firmware, battery, addresses.",
     "sweep": "Probe ranges of commands, or a plan, and tell what exists.",
+    "discover": "Map a whole robot: its nodes, its devices, every command.",
     "send": "Send one command and show the answer.",
     "led": "Set lamps.",
     "listen": "Show what a robot says unasked, as it comes.",
@@ -18,6 +19,8 @@ COMMANDS: Final[dict[str, str]] = {
     "explain": "Explain an error code or a command.",
     "catalog": "List the known commands.",
     "plan": "List, show and check probe plans.",
+    "report": "Show a run again, in any format.",
+    "runs": "List the runs whose journals are kept.",
 }
 """Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.<name>``."""
 

@@ -4,7 +4,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sphero_probe.cli.options import asking_options, device_options, output_options
+from sphero_probe.cli.options import (
+    Keeping,
+    asking_options,
+    device_options,
+    journal_options,
+    output_options,
+)
 from sphero_probe.cli.output import Output
 from sphero_probe.errors import UsageError
 
@@ -22,9 +28,11 @@ if TYPE_CHECKING:
 @click.option("--off", is_flag=True, help="Every lamp off that is not named.")
 @asking_options
 @device_options
+@journal_options
 @output_options
 def command(
     output: Output,
+    keeping: Keeping,
     front: str | None,
     back: str | None,
     lamps: tuple[str, ...],
@@ -41,6 +49,7 @@ def command(
     Example: sphero-probe led --front ff0000 --back 00f --device fake:bolt-plus
     """
     from sphero_probe.catalogue.risk import Risk
+    from sphero_probe.cli.keeping import Keeper
     from sphero_probe.cli.session import consent_of
     from sphero_probe.cli.single import send_each, show_dry
 
@@ -55,7 +64,7 @@ def command(
     if dry_run:
         show_dry(output, device, consent, make)
     else:
-        send_each(output, device, consent, make, **connecting)
+        send_each(output, device, consent, make, Keeper(keeping, "led"), **connecting)
 
 
 def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict[str, tuple[int, int, int]]:

@@ -79,7 +79,7 @@ def _heard(session: "Session", report: "Report", count: int | None, stop: "Event
     from sphero_probe.link.exchange import Late
     from sphero_probe.reports.rows import packet_row
 
-    connection, link = session
+    connection, link = session.connection, session.link
     left = count
 
     def hear(aside: "Aside") -> None:
@@ -109,7 +109,7 @@ async def _send(session: "Session", text: str) -> None:
     from sphero_probe.cli.single import complain
     from sphero_probe.probing.single import ask_single
 
-    connection, link = session
+    connection, link = session.connection, session.link
     asked = parse_command(tuple(text.split()), connection.generation)
     finding = await ask_single(link, complete(asked, connection.robot, connection.port, None))
     complain(finding, link.codec)

@@ -1,7 +1,7 @@
 """The options that commands share, one decorator each."""
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import click
 
@@ -11,6 +11,20 @@ Command = Callable[..., Any]
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them; the catalogue's own words, repeated so that help stays light."""
+
+
+class Keeping(NamedTuple):
+    """Which journal a run keeps.
+
+    Attributes:
+        file: where, None for a new file in the state directory.
+        off: keep none.
+        resume: the journal to go on with, None for a new run.
+    """
+
+    file: str | None = None
+    off: bool = False
+    resume: str | None = None
 
 
 def output_options(function: Command) -> Command:
@@ -23,10 +37,7 @@ def output_options(function: Command) -> Command:
         arguments.pop("debug")
         return function(output=output, **arguments)
 
-    collect.__doc__ = function.__doc__
-    collect.__name__ = function.__name__
-    collect.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
-    decorated: Command = collect
+    decorated = _instead_of(function, collect)
     for option in (
         click.option("--debug", is_flag=True, help="Show tracebacks."),
         click.option("--color", type=click.Choice(COLOURS), default="auto", help="When to colour."),
@@ -41,6 +52,40 @@ def output_options(function: Command) -> Command:
     ):
         decorated = option(decorated)
     return decorated
+
+
+def journal_options(function: Command) -> Command:
+    """Give a command ``--journal`` and ``--no-journal``; it gets ``keeping``."""
+
+    def collect(**arguments: Any) -> Any:
+        keeping = Keeping(
+            arguments.pop("journal"), arguments.pop("no_journal"), arguments.pop("resume", None)
+        )
+        return function(keeping=keeping, **arguments)
+
+    decorated = _instead_of(function, collect)
+    for option in (
+        click.option("--no-journal", is_flag=True, help="Keep no journal of the run."),
+        click.option("--journal", metavar="FILE", help="Keep it there.  [default: see sphero-probe runs]"),
+    ):
+        decorated = option(decorated)
+    return decorated
+
+
+def resume_option(function: Command) -> Command:
+    """Give a command with ``journal_options`` ``--resume``, too."""
+    decorated: Command = click.option(
+        "--resume", metavar="RUN", help="Go on with an interrupted run: its journal, or last."
+    )(function)
+    return decorated
+
+
+def _instead_of(function: Command, collect: Command) -> Command:
+    """Let one function stand for another with the options it has already."""
+    collect.__doc__ = function.__doc__
+    collect.__name__ = function.__name__
+    collect.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
+    return collect
 
 
 def device_options(function: Command) -> Command:

@@ -9,10 +9,11 @@ from typing import Any
 import click
 
 from sphero_probe.cli.interrupts import Interrupts, run_interruptible
+from sphero_probe.cli.keeping import Keeper
 from sphero_probe.cli.output import Output, wants_color
 from sphero_probe.cli.session import Session, open_session
 from sphero_probe.cli.words import node
-from sphero_probe.errors import LinkLostError
+from sphero_probe.errors import IncompleteError, LinkLostError
 from sphero_probe.link.guard import Consent
 from sphero_probe.probing.engine import Run
 from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
@@ -22,9 +23,15 @@ from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, s
 
 
 def run_plan(
-    plan: Plan, output: Output, device: str, consent: Consent, target: str | None, **connecting: Any
+    plan: Plan,
+    output: Output,
+    device: str,
+    consent: Consent,
+    target: str | None,
+    keeper: Keeper,
+    **connecting: Any,
 ) -> None:
-    """Ask a plan and report it.
+    """Ask a plan, report it and keep its journal.
 
     Args:
         plan: what to ask.
@@ -32,31 +39,41 @@ def run_plan(
         device: the robot's address.
         consent: what is allowed.
         target: the node as it was typed, None for the robot's usual one.
+        keeper: of the journal, entered.
         **connecting: what ``open_session`` takes besides.
 
     Raises:
         SpheroProbeError: the robot cannot be reached, or the link was lost beyond the last finding.
         InterruptedRunError: a signal ended the run.
+        IncompleteError: something else did.
     """
     from sphero_probe.reports.views import FINDINGS
 
+    target = keeper.check(plan, consent, target)
     interrupts = Interrupts()
+    complete = False
 
     async def work() -> None:
+        nonlocal complete
         async with open_session(device, consent, **connecting) as session:
             _warn_of_other_robot(plan, session)
-            run = start_run(plan, session, target, interrupts)
+            keeper.begin(session.connection, plan, consent, target)
+            run = start_run(plan, session, target, interrupts, keeper)
             with output.report(FINDINGS) as report, progress(plan.name, output) as advance:
                 try:
                     async for record in run.records():
                         report.add(row_of(record))
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
+                        complete = isinstance(record, Summary) and record.complete
                 finally:
                     with suppress(LinkLostError):
                         await stop_motors(session.link, run.target)
 
-    run_interruptible(interrupts, work())
+    with keeper.telling_how_to_go_on(device, consent):
+        run_interruptible(interrupts, work())
+        if not complete:
+            raise IncompleteError("the run ended before everything was asked")
 
 
 def _warn_of_other_robot(plan: Plan, session: Session) -> None:
@@ -65,13 +82,22 @@ def _warn_of_other_robot(plan: Plan, session: Session) -> None:
         click.echo(f"note: the plan {plan.name} is meant for {', '.join(plan.robots)}", err=True)
 
 
-def start_run(plan: Plan, session: Session, target: str | None, interrupts: Interrupts) -> Run:
-    """Make a run that the first Ctrl-C stops politely."""
+def start_run(
+    plan: Plan, session: Session, target: str | None, interrupts: Interrupts, keeper: Keeper | None = None
+) -> Run:
+    """Make a run that the first Ctrl-C stops politely, and that goes on where the keeper's journal ends."""
     connection = session.connection
     stop = Event()
     interrupts.stop_politely(stop)
     address = node(target, connection.robot, connection.port)
-    return Run(plan, session.link, connection.name, address, stop)
+    if keeper is None:
+        return Run(plan, session.link, connection.name, address, stop, reopen=session.reopen)
+    return Run(
+        *(plan, session.link, connection.name, address, stop),
+        recorder=keeper,
+        earlier=keeper.earlier,
+        reopen=session.reopen,
+    )
 
 
 def row_of(record: Record) -> Row:

@@ -4,7 +4,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sphero_probe.cli.options import asking_options, device_options, output_options
+from sphero_probe.cli.options import (
+    Keeping,
+    asking_options,
+    device_options,
+    journal_options,
+    output_options,
+)
 from sphero_probe.cli.output import Output
 from sphero_probe.errors import UsageError
 
@@ -17,9 +23,11 @@ if TYPE_CHECKING:
 @click.argument("what", nargs=-1, required=True, metavar="DID CID [HEX] | NAME [HEX]")
 @asking_options
 @device_options
+@journal_options
 @output_options
 def command(
     output: Output,
+    keeping: Keeping,
     what: tuple[str, ...],
     device: str,
     target: str | None,
@@ -34,6 +42,7 @@ def command(
 
     Example: sphero-probe send power.get_battery_percentage --device fake:bolt-plus
     """
+    from sphero_probe.cli.keeping import Keeper
     from sphero_probe.cli.session import address_of, consent_of, generation_behind
     from sphero_probe.cli.single import send_each, show_dry
 
@@ -46,7 +55,7 @@ def command(
     if dry_run:
         show_dry(output, device, consent, make)
     else:
-        send_each(output, device, consent, make, **connecting)
+        send_each(output, device, consent, make, Keeper(keeping, "send"), **connecting)
 
 
 def parse_command(what: tuple[str, ...], generation: "Generation") -> tuple[int, int, bytes | None]:

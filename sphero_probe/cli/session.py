@@ -1,15 +1,16 @@
 """A device address and consent go in, an open link comes out."""
 
-from collections.abc import AsyncIterator, Iterable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from time import monotonic
-from typing import NamedTuple
 
 import click
 
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import LinkLostError
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.link.link import Link
 from sphero_probe.protocol import CODECS
@@ -18,11 +19,19 @@ from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
 
 
-class Session(NamedTuple):
-    """A robot at the other end of an open link."""
+@dataclass(slots=True)
+class Session:
+    """A robot at the other end of an open link.
+
+    Attributes:
+        connection: what is known about the other end.
+        link: the conversation; another one after ``reopen``.
+        reopen: opens a dropped line to the same robot again.
+    """
 
     connection: Connection
     link: Link
+    reopen: Callable[[], Awaitable[Link]]
 
 
 def consent_of(allow: Iterable[str], confirm: str = "", *also: Risk) -> Consent:
@@ -94,8 +103,29 @@ async def open_session(
             click.echo(f"{monotonic() - began:7.3f} s  {step}", err=True)
 
     options = OpenOptions(connect_timeout, adapter, tell)
-    async with open_transport(address_of(device), options) as connection:
+    async with AsyncExitStack() as origin, AsyncExitStack() as line:
+        connection = await origin.enter_async_context(open_transport(address_of(device), options))
         tell(f"connected to {connection.name}")
         guard = Guard(connection.generation, connection.robot, consent, (connection.name,))
-        async with Link(connection.transport, CODECS[connection.generation], guard, timeout=timeout) as link:
-            yield Session(connection, link)
+
+        async def start_link(at: Connection) -> Link:
+            codec = CODECS[at.generation]
+            return await line.enter_async_context(Link(at.transport, codec, guard, timeout=timeout))
+
+        async def reopen() -> Link:
+            """Close what is left of the line, and connect to the very same robot."""
+            tell("connect again")
+            await line.aclose()
+            if connection.again:
+                at = await line.enter_async_context(connection.again())
+            else:
+                await origin.aclose()
+                again = open_transport(parse_address(connection.address), options)
+                at = await origin.enter_async_context(again)
+            if at.name != connection.name:
+                raise LinkLostError(f"another robot answers there: {at.name}")
+            session.link = await start_link(at)
+            return session.link
+
+        session = Session(connection, await start_link(connection), reopen)
+        yield session

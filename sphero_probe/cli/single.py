@@ -1,12 +1,15 @@
 """Single commands for one robot: what ``send`` and ``led`` have in common."""
 
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
+from time import monotonic
 from typing import Any
 
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
 from sphero_probe.cli.interrupts import Interrupts, run_interruptible
+from sphero_probe.cli.keeping import Keeper
 from sphero_probe.cli.output import Output
 from sphero_probe.cli.session import (
     address_of,
@@ -18,9 +21,9 @@ from sphero_probe.cli.session import (
 from sphero_probe.errors import LinkLostError, RefusedByPolicyError, RobotRefusedError, SpheroProbeError
 from sphero_probe.link.exchange import Answered, Refused, Silent
 from sphero_probe.link.guard import Consent
-from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.probing.single import ask_single, stop_motors
+from sphero_probe.probing.single import ask_single, heading_of, stop_motors
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.reports.rows import finding_row
@@ -44,7 +47,9 @@ def show_dry(output: Output, device: str, consent: Consent, make: CommandsFor) -
     output.show(PLANNED, rows)
 
 
-def send_each(output: Output, device: str, consent: Consent, make: CommandsFor, **connecting: Any) -> None:
+def send_each(
+    output: Output, device: str, consent: Consent, make: CommandsFor, keeper: Keeper, **connecting: Any
+) -> None:
     """Connect, ask each command in turn until one fails, show the findings.
 
     Raises:
@@ -56,20 +61,30 @@ def send_each(output: Output, device: str, consent: Consent, make: CommandsFor, 
     failed: list[SpheroProbeError] = []
 
     async def work() -> None:
-        async with open_session(device, consent, **connecting) as (connection, link):
+        async with open_session(device, consent, **connecting) as session:
+            connection, link = session.connection, session.link
             commands = make(connection.robot, connection.port)
+            plan = Plan(keeper.command, "", [[Probe(command, exact=True) for command in commands]])
+            keeper.begin(connection, plan, consent, None)
+            keeper.record(heading_of(plan, link, connection.name))
+            began, frames = monotonic(), link.frames_sent
             try:
                 for number, command in enumerate(commands, 1):
-                    finding = await ask_single(link, command)
-                    found.append(finding._replace(number=number))
+                    finding = await ask_single(link, command, number, keeper.intend)
+                    found.append(finding)
+                    keeper.record(finding)
                     complain(finding, link.codec)
             except (RefusedByPolicyError, RobotRefusedError, NoAnswerError) as error:
                 failed.append(error)
             finally:
                 with suppress(LinkLostError):
                     await stop_motors(link, commands[0].target)
+            counts = dict(Counter(finding.outcome for finding in found))
+            complete = len(found) == len(commands)
+            keeper.record(Summary(counts, monotonic() - began, link.frames_sent - frames, complete))
 
-    run_interruptible(Interrupts(), work())
+    with keeper:
+        run_interruptible(Interrupts(), work())
     output.show(FINDING, map(finding_row, found))
     if failed:
         raise failed[0]

@@ -4,10 +4,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from sphero_probe.cli.options import asking_options, device_options, output_options
+from sphero_probe.cli.options import (
+    Keeping,
+    asking_options,
+    device_options,
+    journal_options,
+    output_options,
+    resume_option,
+)
 from sphero_probe.cli.output import Output
 
 if TYPE_CHECKING:
+    from sphero_probe.cli.keeping import Keeper
+    from sphero_probe.link.guard import Consent
     from sphero_probe.probing.plan import Plan
     from sphero_probe.protocol.packets import Generation
 
@@ -19,9 +28,12 @@ if TYPE_CHECKING:
 @click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
 @asking_options
 @device_options
+@resume_option
+@journal_options
 @output_options
 def command(
     output: Output,
+    keeping: Keeping,
     did: str | None,
     cid: str | None,
     plan_file: str | None,
@@ -37,45 +49,101 @@ def command(
 
     Documented reads are asked properly. Everything else is asked at a length that no command takes, which a
     robot refuses without executing; whether this robot does is measured first. What could do harm is
-    withheld and shown as skipped.
+    withheld and shown as skipped. What was found is kept: --resume goes on with a run that was cut off.
 
     Example: sphero-probe sweep --did 0x13 --device fake:bolt-plus
     """
-    from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
+    from sphero_probe.cli.keeping import Keeper
     from sphero_probe.cli.running import run_plan
-    from sphero_probe.cli.session import address_of, consent_of, generation_behind, model_behind, port_behind
+    from sphero_probe.cli.session import address_of, consent_of, generation_behind
+    from sphero_probe.errors import UsageError
+
+    generation = generation_behind(address_of(device))
+    consent = consent_of(allow, confirm)
+    asked = (did, cid, plan_file, payload)
+    if dry_run:
+        if keeping.resume:
+            raise UsageError("--dry-run tells of a new run", "leave --resume out")
+        plan, _ = _plan(generation, *asked)
+        _show_dry(output, plan, device, consent, target)
+        return
+    with Keeper(keeping, "sweep") as keeper:
+        if keeping.resume and not any(asked):
+            plan, keeper.options = _plan_of_before(generation, keeper)
+        else:
+            plan, keeper.options = _plan(generation, *asked)
+        run_plan(plan, output, device, consent, target, keeper, **connecting)
+
+
+def _show_dry(output: Output, plan: "Plan", device: str, consent: "Consent", target: str | None) -> None:
+    from sphero_probe.cli.dry_run import planned_rows, tell_dry_run
+    from sphero_probe.cli.session import address_of, generation_behind, model_behind, port_behind
     from sphero_probe.cli.words import node
     from sphero_probe.reports.views import PLANNED
 
     place = address_of(device)
-    generation = generation_behind(place)
-    plan = _plan(generation, did, cid, plan_file, payload)
-    consent = consent_of(allow, confirm)
-    if dry_run:
-        robot = model_behind(place)
-        tell_dry_run()
-        rows = planned_rows(plan, generation, robot, consent, node(target, robot, port_behind(place)))
-        output.show(PLANNED, rows)
-        return
-    run_plan(plan, output, device, consent, target, **connecting)
+    robot = model_behind(place)
+    tell_dry_run()
+    address = node(target, robot, port_behind(place))
+    output.show(PLANNED, planned_rows(plan, generation_behind(place), robot, consent, address))
 
 
 def _plan(
     generation: "Generation", did: str | None, cid: str | None, plan_file: str | None, payload: str | None
-) -> "Plan":
+) -> "tuple[Plan, dict[str, str]]":
+    """Return the plan, and the options that a journal needs to make it again."""
     from sphero_probe.cli.words import hex_bytes, id_range
     from sphero_probe.errors import UsageError
     from sphero_probe.probing.plan import Plan, sweep
-    from sphero_probe.probing.shelf import find_plan
+    from sphero_probe.probing.shelf import find_plan, is_shipped
 
     if plan_file is not None:
         if did is not None or cid is not None or payload is not None:
             raise UsageError("--plan says what to ask: leave --did, --cid and --payload out")
-        return find_plan(plan_file)
+        plan = find_plan(plan_file)
+        if plan.file is None or is_shipped(plan.file):
+            return plan, {"plan": plan.file.stem if plan.file else plan.name}
+        return plan, {"plan_file": str(plan.file.absolute())}
     if did is None:
         raise UsageError("nothing to sweep", "try: sphero-probe sweep --did 0x13, or --plan hello")
     dids = id_range(did, generation, devices=True)
     cids = id_range(cid or "0x00-0xff", generation, devices=False)
     exact = None if payload is None else hex_bytes(payload, "--payload")
     probes = list(sweep(dids, cids, payload=exact))
-    return Plan("sweep", f"DID {did}, CID {cid or '0x00-0xff'}", [probes])
+    options = {"did": _ids(dids), "cid": _ids(cids)}
+    if exact is not None:
+        options["payload"] = exact.hex()
+    return Plan("sweep", f"DID {did}, CID {cid or '0x00-0xff'}", [probes]), options
+
+
+def _ids(ids: tuple[int, ...]) -> str:
+    """Return ids as ``--did`` takes them, in their order."""
+    from sphero_probe.reports.ids import spans
+
+    return ",".join(spans(ids) if list(ids) == sorted(ids) else (f"0x{one:02x}" for one in ids))
+
+
+def _plan_of_before(generation: "Generation", keeper: "Keeper") -> "tuple[Plan, dict[str, str]]":
+    """Make the plan of an interrupted run again; only a plan that comes with the tool is run unasked."""
+    from sphero_probe.errors import BadInputFileError, UsageError
+    from sphero_probe.probing.plan import load_plan
+    from sphero_probe.probing.shelf import plan_files
+
+    if keeper.opening is None:
+        raise BadInputFileError(
+            f"{keeper.place}: nothing is written in it yet", "say what to sweep: --did 0x13"
+        )
+    options = keeper.opening.options
+    if file := options.get("plan_file"):
+        raise UsageError(
+            "that run asked a plan of your own, which a journal cannot bring along", f"add --plan {file}"
+        )
+    if name := options.get("plan"):
+        for path in plan_files():
+            if path.stem == name:
+                return load_plan(path), options
+        raise BadInputFileError(f"the journal's plan {name} does not come with this version of the tool")
+    try:
+        return _plan(generation, options.get("did"), options.get("cid"), None, options.get("payload"))
+    except UsageError as error:
+        raise BadInputFileError(f"the journal does not tell what to ask: {error}") from error

@@ -160,21 +160,18 @@ class Link:
     def _admit(self) -> None:
         """Let the first in line go while there is a place and a number; who goes alone holds up the rest."""
         loop = asyncio.get_running_loop()
+        now = loop.time()  # one moment for the whole look: what is not due by it gets a timer
         while self._queue:
             command, timeout, alone, turn = self._queue[0]
             if turn.done():
                 self._queue.popleft()
                 continue
             limit = 1 if alone else self.window
-            if (
-                self._someone_alone
-                or self._in_flight >= limit
-                or self._tracker.free_at(loop.time()) > loop.time()
-            ):
+            if self._someone_alone or self._in_flight >= limit or self._tracker.free_at(now) > now:
                 break
             self._queue.popleft()
             try:
-                seq, frame = self._tracker.ask(command, now=loop.time(), timeout=timeout)
+                seq, frame = self._tracker.ask(command, now=now, timeout=timeout)
             except ValueError as error:
                 turn.set_exception(error)
                 continue
@@ -182,7 +179,7 @@ class Link:
             self._someone_alone = alone
             self._answers[seq] = loop.create_future()
             turn.set_result(_Claim(seq, frame, self._answers[seq]))
-        self._watch()
+        self._watch(now)
 
     def _leave(self, claim: _Claim) -> None:
         """Give the place back; an answer that still comes is nobody's."""
@@ -199,20 +196,20 @@ class Link:
             while data := await self._transport.read():
                 for event in self._tracker.hear(data, now=loop.time()):
                     self._deliver(event)
-                self._watch()
+                self._admit()
         except LinkLostError as error:
             self._lose(error)
         else:
             self._lose(LinkLostError("the robot closed the connection"))
 
-    def _watch(self) -> None:
+    def _watch(self, now: float) -> None:
         """Set the one timer to what comes next: a deadline, or a rested number that somebody waits for."""
         if self._watcher:
             self._watcher.cancel()
             self._watcher = None
         loop = asyncio.get_running_loop()
         moments = [self._tracker.next_deadline()]
-        if self._queue and (rested := self._tracker.free_at(loop.time())) > loop.time():
+        if self._queue and (rested := self._tracker.free_at(now)) > now:
             moments.append(rested)
         due = min((moment for moment in moments if moment is not None), default=inf)
         if due < inf and not self._lost:

@@ -67,9 +67,9 @@ class Asker:
         self._target = target
 
     def masks(self, target: int | None) -> bool:
-        """Whether this node was found to refuse lengths even where no command exists."""
+        """Whether this node may refuse lengths even where no command exists: only a strict one does not."""
         profile = self.profiles.get(target)
-        return profile is not None and profile.strictness is Strictness.MASKING
+        return profile is None or profile.strictness is not Strictness.STRICT
 
     async def prepare(self, number: int, probe: Probe) -> tuple[Asked, Profile | None]:
         """Fill in node and payload; calibrate the node first when the probe needs that.

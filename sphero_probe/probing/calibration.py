@@ -20,7 +20,7 @@ _READS_WANTED: Final = 3
 _READS_TRIED: Final = 8
 _ABSENT_DEVICES: Final = (0xEE, 0xED, 0xEC)
 """Device ids far from any that a robot is known to have."""
-_ABSENT_COMMANDS: Final = (0xFD, 0xFC, 0xFB)
+ABSENT_COMMANDS: Final = (0xFD, 0xFC, 0xFB)
 """Command ids far from any that a device is known to have."""
 _LENGTHS: Final = (WRONG_LENGTH, 40, 0)
 GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)
@@ -128,7 +128,7 @@ class Calibration:
 
     async def _absent_pairs(self, did: int) -> tuple[Strictness, str]:
         device = await self._find_absent([Command(did, 0) for did in _ABSENT_DEVICES], Verdict.NO_DEVICE)
-        command = await self._find_absent([Command(did, cid) for cid in _ABSENT_COMMANDS], Verdict.NO_COMMAND)
+        command = await self._find_absent([Command(did, cid) for cid in ABSENT_COMMANDS], Verdict.NO_COMMAND)
         if device is None:
             return Strictness.UNKNOWN, "no device id is called bad"
         if command is None:

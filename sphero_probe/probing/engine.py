@@ -9,24 +9,17 @@ from typing import Protocol
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import LinkLostError
 from sphero_probe.link.exchange import Answered, Aside, Late, Silent
 from sphero_probe.link.link import Link
 from sphero_probe.probing.asking import ATTEMPTS, Asked, Asker, Tried
+from sphero_probe.probing.calibration import Profile
+from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.judge import finding_of
+from sphero_probe.probing.line import Line, Reopen
 from sphero_probe.probing.notes import calibration_note, node_name, note_of
 from sphero_probe.probing.plan import Plan, Probe, probes_of
-
-
-@dataclass(slots=True)
-class _Unanswered:
-    """A probe that is waiting to be asked again."""
-
-    asked: Asked
-    silent: Silent
-    attempts: int
-    belated: Answered | None = None
+from sphero_probe.probing.rounds import ROUND, Rounds, Settled
 
 
 class Recorder(Protocol):
@@ -57,12 +50,12 @@ class Earlier:
 
     Attributes:
         findings: number -> what was settled; it is not asked again.
-        doubtful: numbers of probes that went out and were never settled; above the ``probe`` class they are
+        doubtful: number -> class of the probes that went out and were never settled; above ``probe`` they are
             not sent again, for they may have been executed.
     """
 
     findings: Mapping[int, Finding] = field(default_factory=dict)
-    doubtful: frozenset[int] = frozenset()
+    doubtful: Mapping[int, Risk] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -77,6 +70,7 @@ class Run:
         stop: set it to send nothing more and end after what is in flight.
         recorder: told of every intent and record as it happens.
         earlier: what an interrupted run already settled.
+        reopen: opens a dropped line to the same robot again; None leaves it dropped.
         findings: so far, in the order they were settled.
         total: probes made known so far, for progress.
     """
@@ -88,17 +82,19 @@ class Run:
     stop: asyncio.Event = field(default_factory=asyncio.Event)
     recorder: Recorder = field(default_factory=_Forgetful)
     earlier: Earlier = field(default_factory=Earlier)
+    reopen: Reopen | None = None
     findings: list[Finding] = field(default_factory=list)
     total: int = 0
     _asker: Asker = field(init=False)
+    _line: Line = field(init=False)
+    _rounds: Rounds = field(init=False)
     _asides: list[Note] = field(default_factory=list)
-    _in_flight: dict[asyncio.Task[Tried], Asked] = field(default_factory=dict)
-    _unanswered: dict[int, _Unanswered] = field(default_factory=dict)
-    _lost: LinkLostError | None = None
 
     def __post_init__(self) -> None:
         self._asker = Asker(self.link, self.target)
         self._asker.intend = self.recorder.intend
+        self._line = Line(self._asker, self.stop, self.reopen)
+        self._rounds = Rounds(self._asker, self._line, self.stop)
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, each after the recorder has it.
@@ -116,41 +112,55 @@ class Run:
         loop = asyncio.get_running_loop()
         began, frames_before = loop.time(), self.link.frames_sent
         self.link.on_aside = self._hear_aside
-        try:
-            for index, stage in enumerate(self.plan.stages):
-                if self.stop.is_set() or self._lost:
-                    break
-                probes = probes_of(self.plan, stage, tuple(self.findings))
-                if index == 0:
-                    for record in await self._introduction(probes):
-                        yield record
-                async for record in self._stage(probes):
-                    if isinstance(record, Finding):
-                        self.findings.append(record)
+        for index, stage in enumerate(self.plan.stages):
+            if self._over:
+                break
+            by_number = sorted(self.findings, key=lambda finding: finding.number)
+            probes = probes_of(self.plan, stage, by_number)
+            if index == 0:
+                for record in await self._introduction(probes):
                     yield record
-        except LinkLostError as error:
-            self._lost = error
-        finally:
-            for task in self._in_flight:
-                task.cancel()
-            await asyncio.gather(*self._in_flight, return_exceptions=True)
+            async for record in self._stage(probes):
+                if isinstance(record, Finding):
+                    self.findings.append(record)
+                yield record
+        if self.plan.verify and not self._over:
+            async for record in self._verify():
+                yield record
         for note in self._take_asides():
             yield note
+        if self.plan.verify and (difference := compare(self.findings, self.link.codec)):
+            yield difference
         yield Summary(
             dict(Counter(finding.outcome for finding in self.findings)),
             loop.time() - began,
-            self.link.frames_sent - frames_before,
-            complete=self._lost is None and not self.stop.is_set(),
+            self._line.frames + self._asker.link.frames_sent - frames_before,
+            complete=not self._over,
         )
-        if self._lost:
-            raise self._lost
+        if self._line.lost:
+            raise self._line.lost
+
+    @property
+    def _over(self) -> bool:
+        return self.stop.is_set() or self._line.lost is not None
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
         """Call on the robot and measure the nodes that the first probes need; say what was seen."""
         robot = self.link.guard.robot
-        firmware = await self._asker.identify()
         open_ = [probe for number, probe in enumerate(probes, 1) if number not in self.earlier.findings]
-        profiles = await self._asker.calibrate_for(open_)
+        firmware: dict[str, str] = {}
+        profiles: dict[int | None, Profile] = {}
+
+        async def call() -> None:
+            firmware.update(await self._asker.identify())
+            self._line.know(firmware)
+            profiles.update({profile.target: profile for profile in await self._asker.calibrate_for(open_)})
+            for target in profiles or (self.target,):
+                await self._rounds.canary.sings(target)
+
+        await self._line.steady(call)
+        if self._line.lost:
+            return []
         heading = Heading(
             robot=robot.key if robot else "",
             model=robot.name if robot else "unknown model",
@@ -159,108 +169,104 @@ class Run:
             plan=self.plan.name,
             tool_version=__version__,
             consent=self.link.guard.consent.words,
-            strictness={node_name(profile.target, robot): profile.strictness for profile in profiles},
+            strictness={node_name(target, robot): profile.strictness for target, profile in profiles.items()},
             started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
         )
-        notes = [calibration_note(profile, robot) for profile in profiles]
+        notes = [calibration_note(profile, robot) for profile in profiles.values()]
         return [heading, *notes, *self._take_asides()]
 
     async def _stage(self, probes: Sequence[Probe]) -> AsyncIterator[Record]:
-        """Ask the probes of one stage, several in flight; then the silent ones again, alone."""
+        """Ask the probes of one stage in rounds; then the silent ones again, alone."""
         first = self.total + 1
         self.total += len(probes)
-        try:
-            async for record in self._ask_all(probes, first):
-                yield record
-            async for record in self._ask_again():
-                yield record
-        except LinkLostError as error:
-            self._lost = error
-        for unanswered in self._unanswered.values():
-            yield self._last_word(unanswered)
-        self._unanswered.clear()
-
-    async def _ask_all(self, probes: Sequence[Probe], first: int) -> AsyncIterator[Record]:
+        chunk: list[Asked] = []
         for number, probe in enumerate(probes, first):
-            if self.stop.is_set() or self._lost:
+            if self._over:
                 break
             if settled := self._settled_earlier(number, probe):
                 yield settled
                 continue
-            asked, measured = await self._asker.prepare(number, probe)
+            asked, measured = await self._prepare(number, probe)
             if measured:
                 yield calibration_note(measured, self.link.guard.robot)
-            self._in_flight[asyncio.create_task(self._asker.ask(asked))] = asked
-            while len(self._in_flight) >= self.link.window:
-                for record in await self._collect():
+            if asked:
+                chunk.append(asked)
+            if len(chunk) >= ROUND:
+                for record in self._settle(await self._rounds.ask(chunk)):
                     yield record
-        while self._in_flight:
-            for record in await self._collect():
+                chunk = []
+        if chunk and not self._over:
+            for record in self._settle(await self._rounds.ask(chunk)):
                 yield record
+        for _ in range(ATTEMPTS):
+            for record in self._settle(await self._rounds.ask_again()):
+                yield record
+        for record in self._settle(self._rounds.last_words()):
+            yield record
+
+    async def _verify(self) -> AsyncIterator[Record]:
+        """Ask what exists or was silent, and one in twenty of the absent, again with one in flight.
+
+        Whoever does not say the same again proves nothing: his finding is replaced by an inconclusive one.
+        """
+        window, self._asker.link.window = self._asker.link.window, 1
+        before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
+        chunk: list[Asked] = []
+        for number, finding in sorted(before.items()):
+            asked = self._asker.complete(number, Probe(finding.command, exact=True))
+            if asked.risk <= Risk.PROBE and not asked.barred:
+                chunk.append(asked)
+        for at in range(0, len(chunk), ROUND):
+            settled = await self._rounds.ask(chunk[at : at + ROUND])
+            for _ in range(ATTEMPTS):
+                settled += await self._rounds.ask_again()
+            if self._over:
+                self._rounds.unanswered.clear()
+                break
+            settled += self._rounds.last_words()
+            for record in self._settle(settled):
+                if not isinstance(record, Finding):
+                    yield record
+                elif (old := before[record.number]) and not _agree(old, record):
+                    said = f"said {_word(old)} first, then {_word(record)}"
+                    new = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
+                    self.findings[self.findings.index(old)] = new
+                    yield new
+        self._asker.link.window = window
+
+    async def _prepare(self, number: int, probe: Probe) -> tuple[Asked | None, Profile | None]:
+        """Make a probe ready; None when the line is gone for good while its node is measured."""
+        made: list[tuple[Asked, Profile | None]] = []
+
+        async def prepare() -> None:
+            made.append(await self._asker.prepare(number, probe))
+
+        await self._line.steady(prepare)
+        return made[0] if made else (None, None)
+
+    def _settle(self, settled: Sequence[Settled]) -> list[Record]:
+        """Return what probes brought to light, and what was said besides."""
+        findings: list[Record] = []
+        for asked, tried, doubt in sorted(settled, key=lambda one: one.asked.number):
+            finding = self._finding(asked, tried)
+            if doubt:
+                finding = finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt)
+            findings.append(finding)
+        return [*self._take_asides(), *findings]
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
         """Return what an interrupted run found out about this very probe, None where it is to be asked."""
         finding = self.earlier.findings.get(number)
         if finding and finding.command[:2] == probe.command[:2]:
             return finding
-        if number in self.earlier.doubtful:
-            asked = self._asker.complete(number, probe)
-            if asked.risk > Risk.PROBE:
-                unasked = Silent(asked.command, 0, b"", 0.0)
-                note = "sent before the run was interrupted, may have been executed: not sent again"
-                found = self._finding(asked, Tried(unasked, 1))
-                return found._replace(outcome=Outcome.INCONCLUSIVE, note=note)
+        risk = self.earlier.doubtful.get(number, Risk.READ)
+        if risk > Risk.PROBE:
+            asked = self._asker.complete(number, probe)._replace(risk=risk)
+            unasked = Silent(asked.command, 0, b"", 0.0)
+            note = "sent before the run was interrupted, may have been executed: not sent again"
+            found = self._finding(asked, Tried(unasked, 1))
+            return found._replace(outcome=Outcome.INCONCLUSIVE, note=note)
         return None
-
-    async def _collect(self) -> list[Record]:
-        """Wait for at least one probe in flight and return what it brought to light."""
-        done, _ = await asyncio.wait(self._in_flight, return_when=asyncio.FIRST_COMPLETED)
-        records: list[Record] = []
-        for task in sorted(done, key=lambda task: self._in_flight[task].number):
-            asked = self._in_flight.pop(task)
-            try:
-                exchange, attempts = task.result()
-            except LinkLostError as error:
-                self._lost = error
-                unasked = Silent(asked.command, 0, b"", 0.0)
-                self._unanswered[asked.number] = _Unanswered(asked, unasked, 1)
-                continue
-            if isinstance(exchange, Silent):
-                self._unanswered[asked.number] = _Unanswered(asked, exchange, attempts)
-            else:
-                records.append(self._finding(asked, Tried(exchange, attempts)))
-        return [*self._take_asides(), *records]
-
-    async def _ask_again(self) -> AsyncIterator[Record]:
-        """Ask what was silent again, alone: too wide a window invents silence."""
-        for _ in range(ATTEMPTS - 1):
-            for number, unanswered in sorted(self._unanswered.items()):
-                if self.stop.is_set() or self._lost:
-                    return
-                if unanswered.belated or unanswered.asked.risk > Risk.WRITE:
-                    continue
-                exchange, attempts = await self._asker.ask(unanswered.asked, alone=True)
-                unanswered.attempts += attempts
-                if isinstance(exchange, Silent):
-                    unanswered.silent = exchange
-                else:
-                    del self._unanswered[number]
-                    yield self._finding(unanswered.asked, Tried(exchange, unanswered.attempts))
-
-    def _last_word(self, unanswered: _Unanswered) -> Finding:
-        """Return the finding of a probe that stayed without an answer in time."""
-        asked, attempts = unanswered.asked, unanswered.attempts
-        if unanswered.belated:
-            return self._finding(asked, Tried(unanswered.belated, attempts))
-        finding = self._finding(asked, Tried(unanswered.silent, attempts))
-        if attempts >= ATTEMPTS:
-            return finding
-        note = "asked once only: its class is not repeated"
-        if self._lost:
-            note = "the link was lost before it was settled"
-        elif self.stop.is_set():
-            note = "stopped before it was asked again"
-        return finding._replace(outcome=Outcome.INCONCLUSIVE, note=note)
 
     def _finding(self, asked: Asked, tried: Tried) -> Finding:
         return finding_of(asked, tried, self.link.codec, masked=self._asker.masks(asked.command.target))
@@ -268,7 +274,7 @@ class Run:
     def _hear_aside(self, aside: Aside) -> None:
         """Keep what was said besides; a late answer still settles its own probe."""
         if isinstance(aside, Late) and isinstance(aside.earlier, Silent):
-            for unanswered in self._unanswered.values():
+            for unanswered in self._rounds.unanswered.values():
                 if unanswered.silent is aside.earlier:
                     command, seq, sent, waited = aside.earlier
                     unanswered.belated = Answered(command, seq, sent, aside.response, aside.received, waited)
@@ -277,3 +283,19 @@ class Run:
     def _take_asides(self) -> list[Note]:
         taken, self._asides = self._asides, []
         return taken
+
+
+def _is_verified(finding: Finding) -> bool:
+    """Whether a verifying run asks this one again: what exists or was silent, one in twenty of the rest."""
+    if finding.outcome is Outcome.ABSENT:
+        return finding.number % 20 == 0
+    return finding.outcome in (Outcome.EXISTS, Outcome.SILENT)
+
+
+def _agree(old: Finding, new: Finding) -> bool:
+    """Whether two findings of one probe say the same; a value may have changed meanwhile, its code not."""
+    return (old.outcome, old.code_name) == (new.outcome, new.code_name)
+
+
+def _word(finding: Finding) -> str:
+    return finding.code_name or finding.outcome.value

@@ -46,7 +46,7 @@ def judge(exchange: Exchange, codec: Codec, *, masked: bool = False) -> Judgemen
     Args:
         exchange: how asking ended.
         codec: whose codes the answer carries.
-        masked: this node answers "bad length" to commands that do not exist, too.
+        masked: this node may answer "bad length" to commands that do not exist, too.
     """
     match exchange:
         case Answered(response=response):
@@ -54,7 +54,9 @@ def judge(exchange: Exchange, codec: Codec, *, masked: bool = False) -> Judgemen
             judgement = _BY_VERDICT[verdict]
             if masked and verdict is Verdict.BAD_LENGTH:
                 return Judgement(
-                    Outcome.EXISTS, Confidence.MAYBE, "this robot says so of commands that do not exist, too"
+                    Outcome.EXISTS,
+                    Confidence.MAYBE,
+                    "this robot may say so of commands that do not exist, too",
                 )
             return judgement
         case Silent():

@@ -64,6 +64,7 @@ class Plan:
         stages: each is probes, or a function that makes them from the findings so far.
         robots: keys of the robots it is meant for, empty for any.
         file: where it was loaded from, None for one built in memory.
+        verify: ask what exists or was silent, and a part of the rest, once more at the end, one at a time.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Plan:
     stages: Sequence[Stage]
     robots: tuple[str, ...] = ()
     file: Path | None = None
+    verify: bool = False
 
 
 def sweep(

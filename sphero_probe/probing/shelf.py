@@ -20,6 +20,11 @@ def plan_files() -> list[Path]:
     return sorted(path for path in shelf().glob("*.py") if not path.name.startswith("_"))
 
 
+def is_shipped(path: Path) -> bool:
+    """Whether this file is one of the plans that come with the tool."""
+    return path.resolve() in {file.resolve() for file in plan_files()}
+
+
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()

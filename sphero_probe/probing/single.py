@@ -1,28 +1,37 @@
 """One command by itself: a command in, its finding out, without calling on the robot first."""
 
+from collections.abc import Callable
+from datetime import UTC, datetime
+
+from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
-from sphero_probe.probing.asking import ATTEMPTS, Asker, Tried
-from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.asking import ATTEMPTS, Asked, Asker, Tried
+from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of
-from sphero_probe.probing.plan import Probe
+from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.protocol.packets import Command
 
 
-async def ask_single(link: Link, command: Command) -> Finding:
+async def ask_single(
+    link: Link, command: Command, number: int = 1, intend: Callable[[Asked], None] | None = None
+) -> Finding:
     """Ask exactly this command; when nobody answers, wake the robot and ask again if its class allows.
 
     Args:
         link: to the robot.
         command: what to send, payload and node as they stand.
+        number: of the finding.
+        intend: told of the command before it goes out, each time it does.
 
     Raises:
         LinkLostError: the robot is gone.
     """
     asker = Asker(link, command.target)
-    asked, _ = await asker.prepare(1, Probe(command, exact=True))
+    asker.intend = intend or asker.intend
+    asked, _ = await asker.prepare(number, Probe(command, exact=True))
     exchange, attempts = await asker.ask(asked, alone=True)
     while isinstance(exchange, Silent) and attempts < ATTEMPTS and asked.risk <= Risk.WRITE:
         await asker.do(Job.WAKE, command.target)
@@ -45,3 +54,25 @@ async def stop_motors(link: Link, target: int | None) -> None:
     if target is not None and nodes:
         target = target & 0xF0 | nodes[0]
     await link.ask(Command(row.did, row.cid, row.request.zeros(), target), alone=True)
+
+
+def heading_of(plan: Plan, link: Link, device: str) -> Heading:
+    """Return the heading of a run that begins now, before anything was measured.
+
+    Args:
+        plan: what will be asked.
+        link: to the robot.
+        device: the robot's name or address.
+    """
+    robot = link.guard.robot
+    return Heading(
+        robot=robot.key if robot else "",
+        model=robot.name if robot else "unknown model",
+        device=device,
+        firmware={},
+        plan=plan.name,
+        tool_version=__version__,
+        consent=link.guard.consent.words,
+        strictness={},
+        started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
+    )

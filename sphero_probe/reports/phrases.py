@@ -168,3 +168,17 @@ def role(data: Data) -> str:
 def measured(data: Data) -> str:
     """Return a ``value`` with its ``unit``."""
     return f"{shown(data.get('value'))} {shown(data.get('unit'))}".strip()
+
+
+def found(data: Data) -> str:
+    """Return the outcomes of a run that there are: ``8 exists, 239 absent``."""
+    counts = data.get("counts")
+    held = counts.items() if isinstance(counts, dict) else ()
+    return ", ".join(f"{shown(count)} {shown(word)}" for word, count in held if count)
+
+
+def end_of_run(data: Data) -> str:
+    """Return how the run of a journal ended, or what is wrong with the journal."""
+    if problem := shown(data.get("problem")):
+        return f"broken: {problem.replace(shown(data.get('file')), '').lstrip(': ')}"
+    return "complete" if data.get("complete") else "incomplete"

@@ -33,7 +33,7 @@ class Row(NamedTuple):
 
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
-            ``command``, ``planned``, ``plan``, ``code``, ``fact``, ``check``.
+            ``command``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``.
         data: the values, in the order in which they are written.
     """
 

@@ -275,3 +275,20 @@ CHECKS: Final = View(
     (_both("status", whole=True), _both("name", "What"), _both("detail"), _both("fix", "What to do")),
     "Nothing was checked.",
 )
+
+RUNS: Final = View(
+    "run_file",
+    (
+        _both("when", whole=True),
+        _both("robot"),
+        *_record("model", "command"),
+        _both("plan"),
+        *_record("counts", "complete"),
+        _table("Found", phrases.found),
+        _table("End", phrases.end_of_run),
+        *_record("file", "problem"),
+        _table("File", lambda data: shown(data.get("file")).replace("\\", "/").rpartition("/")[2]),
+    ),
+    "No runs are kept yet.",
+)
+"""Journals, as ``runs`` lists them."""

@@ -103,6 +103,8 @@ class Repertoire(NamedTuple):
         wake: all that a sleeping robot hears; None where no command wakes it.
         name_setter: the command that sets the Bluetooth name.
         idleness: how it falls asleep by itself.
+        awake: (did, cid) of the notification that says that it has started, None where there is none.
+        prompt: what it says outside any packet when it has started.
         bootloader: the device that alone is left after a jump into the bootloader; None where there is no
             such jump.
     """
@@ -113,6 +115,8 @@ class Repertoire(NamedTuple):
     wake: Pair | None
     name_setter: Pair
     idleness: Idleness
+    awake: NewsPair | None = None
+    prompt: bytes = b""
     bootloader: int | None = None
 
 

@@ -61,6 +61,11 @@ class Lengths(NamedTuple):
         longest = LONGEST if self.maximum is None else self.maximum
         return self.minimum <= length <= longest and (length - self.minimum) % self.step == 0
 
+    def fit(self, payload: bytes) -> bytes:
+        """Cut off what a command ignores, and fill up with zeros what it reads beyond the end."""
+        longest = LONGEST if self.maximum is None else self.maximum
+        return payload[:longest].ljust(self.minimum, b"\0")
+
     def as_json(self) -> list[int | str]:
         """The lengths as a list: of numbers, or with one range such as ``"0-200"`` where there is no gap."""
         longest = LONGEST if self.maximum is None else self.maximum

@@ -1,17 +1,28 @@
 """The line between host and robot: packets go in as sent, and come out late, cut up, damaged, or never."""
 
-from collections import deque
 from random import Random
-from typing import Final
+from typing import Final, NamedTuple
 
+from sphero_probe.simulator.lane import Lane
 from sphero_probe.simulator.settings import Settings
 
 NOTIFICATION_BYTES: Final = 20
-"""What one BLE notification carries at the smallest MTU, 23 bytes less 3 of its own."""
+"""What one BLE notification or write carries at the smallest MTU, 23 bytes less 3 of its own."""
+INTERVAL: Final = 0.030
+"""Seconds between connection events where only their size is set."""
+PER_EVENT: Final = 4
+"""Packets per event and direction where only the interval is set."""
+PATIENCE: Final = 0.050
+"""Seconds for which an answer that should come late waits for another one to overtake it."""
+
+
+class _Held(NamedTuple):
+    frame: bytes
+    until: float
 
 
 class Radio:
-    """A line with faults that depend on the seed alone; what gets through stays in order.
+    """A line with faults that depend on the seed alone; what gets through stays in order, unless reordered.
 
     Faults hit whole packets, one write of the host or one frame of the robot, before a frame is cut up: how
     many survive does not depend on ``split``.
@@ -19,35 +30,86 @@ class Radio:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
-        self._size = settings.split or NOTIFICATION_BYTES
         self._up = Random(f"{settings.seed} up")
         self._down = Random(f"{settings.seed} down")
-        self._air: deque[tuple[float, bytes]] = deque()
+        self._order = Random(f"{settings.seed} order")
+        interval, per_event = settings.interval, settings.per_event or PER_EVENT
+        if interval is None and settings.per_event is not None:
+            interval = INTERVAL
+        size = settings.split or NOTIFICATION_BYTES
+        self._to_robot = Lane(None if interval is None else NOTIFICATION_BYTES, interval, per_event)
+        self._to_host = Lane(size, interval, per_event)
+        self._held: _Held | None = None
+        self._begun = False
 
-    def carry(self, data: bytes) -> bytes:
-        """Return what the robot receives of one write; nothing when it is lost."""
-        return self._spoil(data, self._up)
+    def begin(self, *, now: float) -> None:
+        """Start the connection events if they do not run yet: nobody knew the time before."""
+        if not self._begun:
+            self.connect(now=now)
 
-    def send(self, frame: bytes, *, now: float) -> None:
+    def connect(self, *, now: float) -> None:
+        """Begin a new connection: nothing is under way, and events are counted from ``now``."""
+        self._begun = True
+        self._held = None
+        self._to_robot.begin(now=now)
+        self._to_host.begin(now=now)
+
+    def drop(self, *, now: float) -> None:
+        """Lose all that is under way; what has arrived at the host can still be received."""
+        self._held = None
+        self._to_robot.begin(now=now)
+        self._to_host.cut_off(now=now)
+
+    def carry(self, data: bytes, *, now: float) -> None:
+        """Let one write of the host set out."""
+        self._to_robot.put(self._spoil(data, self._up), ready=now)
+
+    @property
+    def due(self) -> float | None:
+        """When the robot hears something next."""
+        return self._to_robot.due
+
+    def take(self) -> bytes:
+        """Return what the robot hears next; there must be something."""
+        return self._to_robot.take()
+
+    def send(self, frame: bytes, *, now: float, is_answer: bool = False) -> None:
         """Let a frame of the robot set out; ``now`` in seconds of the caller's clock."""
-        copies = 2 if self._settings.duplicate and self._down.random() < self._settings.duplicate else 1
-        for _ in range(copies):
-            arrives = now + self._settings.latency
-            if self._air:
-                arrives = max(arrives, self._air[-1][0])
-            data = self._spoil(frame, self._down)
-            self._air.extend((arrives, data[at : at + self._size]) for at in range(0, len(data), self._size))
+        self._release(now)
+        if not is_answer:
+            self._launch(frame, now)
+        elif self._held:
+            self._launch(frame, now)
+            self._release(now, overtaken=True)
+        elif self._settings.reorder and self._order.random() < self._settings.reorder:
+            self._held = _Held(frame, now + PATIENCE)
+        else:
+            self._launch(frame, now)
 
     def receive(self, *, now: float) -> list[bytes]:
         """Return the notifications that have arrived by ``now``, in order."""
+        self._release(now)
         arrived = []
-        while self._air and self._air[0][0] <= now:
-            arrived.append(self._air.popleft()[1])
+        while self._to_host.due is not None and self._to_host.due <= now:
+            arrived.append(self._to_host.take())
         return arrived
 
     def next_time(self) -> float | None:
-        """Return when the next notification arrives, None while nothing is under way."""
-        return self._air[0][0] if self._air else None
+        """Return when something happens next on the line, None while nothing is under way."""
+        times = (self._to_robot.due, self._to_host.due, self._held.until if self._held else None)
+        return min((time for time in times if time is not None), default=None)
+
+    def _release(self, now: float, *, overtaken: bool = False) -> None:
+        """Let the held answer set out if it was overtaken, or if it need not wait any more."""
+        held = self._held
+        if held and (overtaken or held.until <= now):
+            self._held = None
+            self._launch(held.frame, now if overtaken else held.until)
+
+    def _launch(self, frame: bytes, now: float) -> None:
+        copies = 2 if self._settings.duplicate and self._down.random() < self._settings.duplicate else 1
+        for _ in range(copies):
+            self._to_host.put(self._spoil(frame, self._down), ready=now + self._settings.latency)
 
     def _spoil(self, data: bytes, chance: Random) -> bytes:
         """Lose a packet, or change one byte of it."""

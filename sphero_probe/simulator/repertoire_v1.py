@@ -84,10 +84,7 @@ def _set_inactivity_timeout(call: Call) -> Reply:
 
 
 def _restart(call: Call) -> Reply:
-    """Start anew: whatever does not outlive power is gone."""
-    state = call.state
-    state.stream = None
-    state.leds.update(dict.fromkeys(state.leds, 0))
+    call.state.restart()
     return Reply(prompt=PROMPT)
 
 
@@ -202,6 +199,7 @@ REPERTOIRE: Final = Repertoire(
     },
     wake=None,
     name_setter=_SET_BLUETOOTH_NAME,
+    prompt=PROMPT,
     bootloader=0x01,
     idleness=Idleness(INACTIVITY, NOTICE, warning=_WILL_SLEEP, asleep=_DID_SLEEP),
 )

@@ -110,5 +110,6 @@ REPERTOIRE: Final = Repertoire(
     wake=_WAKE,
     name_setter=(0x19, 0x03),
     idleness=Idleness(None, 10.0, warning=_WILL_SLEEP, asleep=_DID_SLEEP),
+    awake=_AWAKE,
 )
 """What the rows cannot say about V2."""

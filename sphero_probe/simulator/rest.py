@@ -10,6 +10,7 @@ class Turn(Enum):
     WARN = "it will sleep soon"
     SLEEP = "it falls asleep"
     WAKE = "it wakes up"
+    BOOT = "it has started anew"
 
 
 class _Event(NamedTuple):
@@ -33,15 +34,14 @@ class Rest:
             self.touch(now=now)
 
     def touch(self, *, now: float) -> None:
-        """Somebody used the robot: it sleeps a whole timeout from now."""
+        """Somebody used the robot: it sleeps a whole timeout from now, and warns if there is time to."""
         self._begun = True
         self._coming = []
         if self._timeout is not None:
             sleeps = now + self._timeout
-            self._coming = [
-                _Event(max(now, sleeps - self._notice), Turn.WARN),
-                _Event(sleeps, Turn.SLEEP),
-            ]
+            if self._timeout > self._notice:
+                self._coming.append(_Event(sleeps - self._notice, Turn.WARN))
+            self._coming.append(_Event(sleeps, Turn.SLEEP))
 
     def set_timeout(self, timeout: float) -> None:
         """Sleep after another number of seconds, from the next touch on."""
@@ -51,6 +51,11 @@ class Rest:
         """It sleeps: nothing comes any more, or that it wakes at some time."""
         self._begun = True
         self._coming = [] if wakes is None else [_Event(wakes, Turn.WAKE)]
+
+    def boot(self, done: float) -> None:
+        """It starts anew: nothing comes before it is done."""
+        self._begun = True
+        self._coming = [_Event(done, Turn.BOOT)]
 
     @property
     def due(self) -> float | None:

@@ -2,20 +2,24 @@
 
 from collections.abc import Callable
 from random import Random
-from typing import NamedTuple, assert_never
+from typing import Final, NamedTuple, assert_never
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Malformed, Request, Role, Verdict
 from sphero_probe.simulator.behaviours import REPERTOIRES, execute
 from sphero_probe.simulator.calls import Call, News, Reply
-from sphero_probe.simulator.firmware import LONGEST, Fact, FirmwareCommand
+from sphero_probe.simulator.desk import Desk
+from sphero_probe.simulator.firmware import Fact, FirmwareCommand
 from sphero_probe.simulator.manners import MANNERS
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
 from sphero_probe.simulator.rest import Rest, Turn
 from sphero_probe.simulator.settings import Settings, Strict
 from sphero_probe.simulator.state import State
+
+BOOTING: Final = 1.5
+"""Seconds from a reboot until the robot hears again; an assumption."""
 
 
 class Executed(NamedTuple):
@@ -47,17 +51,24 @@ class FakeRobot:
         model: what it plays.
         address: its MAC, stable per model and seed.
         malformed: number of packets that arrived damaged and were ignored.
+        connected: there is a line to it; what is written without one is lost.
+        connection: number of the current or last connection; a robot comes with its first one.
     """
 
     def __init__(self, settings: Settings, on_execute: Callable[[Executed], None] | None = None) -> None:
         self.model = settings.model
         self.malformed = 0
+        self.connected = True
+        self.connection = 1
+        self._heard = 0
         self._own_name, self.address = identity(settings.model, settings.seed)
         self._settings = settings
         self._on_execute = on_execute
         self._repertoire = REPERTOIRES[settings.model.generation]
         idleness = self._repertoire.idleness
-        self._state = State(settings, Rest(idleness.timeout, idleness.notice))
+        timeout = idleness.timeout if settings.sleep_after is None else settings.sleep_after
+        self._state = State(settings, Rest(timeout, idleness.notice))
+        self._desk = Desk(settings.queue)
         self._radio = Radio(settings)
         self._codec = CODECS[settings.model.generation]
         self._codes = {self._codec.verdict(code): code for code in range(0xFF, -1, -1)}
@@ -87,26 +98,44 @@ class FakeRobot:
         """Return every command that exists, in rising order of node, device and command id."""
         return self._state.firmware.truth()
 
+    def connect(self, *, now: float) -> None:
+        """Begin a new connection, in place of the one there may be; the robot stays as it is.
+
+        What was under way on the old one is lost. Who connects to a robot that no command wakes also writes
+        what wakes it.
+        """
+        self._pass_time(now)
+        self.drop(now=now)
+        self.connected = True
+        self.connection += 1
+        self._heard = 0
+        self._decoder = self._codec.decoder(Role.ROBOT)
+        self._radio.connect(now=now)
+        if self._repertoire.wake is None or not self._state.asleep:
+            self.wake(now=now)
+
+    def drop(self, *, now: float) -> None:
+        """Lose the line; what has arrived at the host by ``now`` can still be spoken, all else is lost."""
+        self.connected = False
+        self._desk.clear()
+        self._radio.drop(now=now)
+
     def wake(self, *, now: float) -> None:
         """Wake it by other means than a command: a BLE write of its own kind, or a touch.
 
         Nothing else wakes a V1 robot that was told, or came, to sleep. From deep sleep it does not wake.
         """
-        if not (self._state.off or self._state.in_bootloader):
-            self._state.asleep = False
-            self._state.rest.touch(now=now)
+        state = self._state
+        if not (state.off or state.in_bootloader or state.booting):
+            state.asleep = False
+            state.rest.touch(now=now)
 
     def hear(self, data: bytes, *, now: float) -> None:
         """Take what the host wrote; ``now`` in seconds of the caller's clock."""
         self._pass_time(now)
-        for packet in self._decoder.feed(self._radio.carry(data)):
-            match packet:
-                case Request():
-                    self._serve(packet, now)
-                case Malformed():
-                    self.malformed += 1
-                case _:  # somebody else's answer
-                    pass
+        if self.connected:
+            self._radio.carry(data, now=now)
+            self._pass_time(now)
 
     def speak(self, *, now: float) -> list[bytes]:
         """Return the chunks that have arrived at the host by ``now``, in order."""
@@ -116,26 +145,74 @@ class FakeRobot:
     def next_time(self) -> float | None:
         """Return when ``speak`` may have something again, None when only ``hear`` can bring that about."""
         stream = self._state.stream
-        times = (self._radio.next_time(), stream.due if stream else None, self._state.rest.due)
+        own = stream.due if stream else None
+        times = (self._radio.next_time(), self._desk.due, own, self._state.rest.due)
         return min((time for time in times if time is not None), default=None)
+
+    def _arrive(self, data: bytes, now: float) -> None:
+        """Hear bytes that have come through the air."""
+        for packet in self._decoder.feed(data):
+            match packet:
+                case Request() if self.connected:
+                    self._admit(packet, now)
+                case Malformed():
+                    self.malformed += 1
+                case _:  # somebody else's answer, or behind what dropped the line
+                    pass
+
+    def _admit(self, request: Request, now: float) -> None:
+        if self._state.booting:
+            return
+        self._desk.admit(request, now=now)
+        self._serve_until(now)
+        self._heard += 1
+        if self.connected and self._heard == self._settings.disconnect_after:
+            self.drop(now=now)
+
+    def _serve_until(self, now: float) -> None:
+        while self._desk.due is not None and self._desk.due <= now:
+            due = self._desk.due
+            self._serve(self._desk.take(), due)
 
     def _serve(self, request: Request, now: float) -> None:
         did, cid, *_ = request.command
         state = self._state
         if state.off or (state.asleep and (did, cid) != self._repertoire.wake):
             return
+        if (did, cid) == self._settings.reboot_on:
+            self._reboot(now)
+            return
+        was_asleep = state.asleep
         node, reply = self._reply(request, now)
         code = self._codes[reply.verdict] if reply.code is None else reply.code
         well = self._codec.verdict(code) is Verdict.OK
         if self._manners.is_answered(request, well) and (did, cid) not in self._settings.silent:
             response = self._manners.respond(request, self.model.answer_style, node, code, reply.payload)
-            self._radio.send(self._codec.encode_response(response), now=now)
+            self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
         if reply.prompt:
             self._radio.send(reply.prompt, now=now)
         for news in reply.news:
             self._notify(news, now)
-        if self._manners.is_activity(request) and not (state.asleep or state.in_bootloader):
+        if (was_asleep or self._manners.is_activity(request)) and not (state.asleep or state.in_bootloader):
             state.rest.touch(now=now)
+
+    def _reboot(self, now: float) -> None:
+        """Fall silent and off the line, and forget what does not outlive power."""
+        state = self._state
+        state.restart()
+        state.in_bootloader = False
+        state.booting = True
+        state.rest.boot(now + BOOTING)
+        self.drop(now=now)
+
+    def _boot(self, now: float) -> None:
+        """Be there again, and say so to whoever is connected."""
+        self._state.booting = False
+        self.wake(now=now)
+        if self._repertoire.prompt and self.connected:
+            self._radio.send(self._repertoire.prompt, now=now)
+        if self._repertoire.awake:
+            self._notify(News(next(iter(self.model.nodes)), self._repertoire.awake), now)
 
     def _reply(self, request: Request, now: float) -> tuple[int, Reply]:
         """Find out what a request gets, and from which node."""
@@ -159,7 +236,7 @@ class FakeRobot:
             return node, Reply(Verdict.BAD_LENGTH if masked else Verdict.NO_COMMAND)
         if not self._takes(command, len(payload)):
             return node, Reply(Verdict.BAD_LENGTH)
-        reply = execute(Call(self._state, command, _fitted(command, payload), now))
+        reply = execute(Call(self._state, command, command.lengths.fit(payload), now))
         if reply.verdict is Verdict.OK and self._on_execute:
             self._on_execute(Executed(node, did, cid, payload, command.risk))
         return node, reply
@@ -174,17 +251,25 @@ class FakeRobot:
                 return True
 
     def _notify(self, news: News, now: float) -> None:
+        if not self.connected:
+            return
         notification = self._manners.notify(self.model.answer_style, news.node, news.pair, news.payload)
         self._radio.send(self._codec.encode_notification(notification), now=now)
 
     def _pass_time(self, now: float) -> None:
         """Let happen what happens by itself until ``now``, in order."""
-        rest = self._state.rest
+        rest, desk, radio = self._state.rest, self._desk, self._radio
         rest.begin(now=now)
-        while rest.due is not None and rest.due <= now:
-            due = rest.due
+        radio.begin(now=now)
+        while times := [at for at in (desk.due, rest.due, radio.due) if at is not None and at <= now]:
+            due = min(times)
             self._run_stream(due)
-            self._turn(rest.take(), due)
+            if desk.due == due:
+                self._serve_until(due)
+            elif rest.due == due:
+                self._turn(rest.take(), due)
+            else:
+                self._arrive(radio.take(), due)
         self._run_stream(now)
 
     def _run_stream(self, now: float) -> None:
@@ -204,11 +289,7 @@ class FakeRobot:
                 self._notify(News(node, idleness.asleep), now)
             case Turn.WAKE:
                 self.wake(now=now)
+            case Turn.BOOT:
+                self._boot(now)
             case _:
                 assert_never(turn)
-
-
-def _fitted(command: FirmwareCommand, payload: bytes) -> bytes:
-    """Cut off what a command ignores, and fill up with zeros what it reads beyond the end."""
-    longest = LONGEST if command.lengths.maximum is None else command.lengths.maximum
-    return payload[:longest].ljust(command.lengths.minimum, b"\0")

@@ -51,7 +51,16 @@ class Settings(NamedTuple):
         loss: probability that a packet is lost, either way.
         corrupt: probability that one byte of a packet is changed, either way.
         duplicate: probability that a packet of the robot arrives twice.
+        reorder: probability that an answer is overtaken by the next one.
+        interval: seconds between BLE connection events; None for no events, or the usual ones if
+            ``per_event`` is set.
+        per_event: packets per event and direction at most; None for the usual number if ``interval`` is set.
+        queue: commands that can wait while one is served, the surplus is lost; None where service takes no
+            time.
         busy: probability that a command is answered "busy" and not executed.
+        sleep_after: seconds without activity until the robot sleeps; None for what its generation does.
+        disconnect_after: commands heard on one connection until it drops; None for a connection that lasts.
+        reboot_on: (did, cid) that makes the robot start anew, whatever the payload.
         split: bytes per notification, None for as many as one BLE notification holds.
         silent: (did, cid) pairs that are never answered.
         truth: file for the list of commands that exist; whoever carries the bytes writes it.
@@ -68,7 +77,14 @@ class Settings(NamedTuple):
     loss: float = 0.0
     corrupt: float = 0.0
     duplicate: float = 0.0
+    reorder: float = 0.0
+    interval: float | None = None
+    per_event: int | None = None
+    queue: int | None = None
     busy: float = 0.0
+    sleep_after: float | None = None
+    disconnect_after: int | None = None
+    reboot_on: tuple[int, int] | None = None
     split: int | None = None
     silent: frozenset[tuple[int, int]] = frozenset()
     truth: str | None = None
@@ -150,6 +166,16 @@ def _seconds(text: str) -> float:
     return float(found[1]) * _UNITS[found[2]]
 
 
+def _at_least(least: str) -> Callable[[str], float]:
+    def read(text: str) -> float:
+        seconds = _seconds(text)
+        if seconds < _seconds(least):
+            raise ValueError(f"a time of {least} or more is wanted")
+        return seconds
+
+    return read
+
+
 def _one_of(words: type[StrEnum]) -> Callable[[str], StrEnum]:
     def read(text: str) -> StrEnum:
         if text not in [word.value for word in words]:
@@ -166,7 +192,10 @@ def _switch(text: str) -> bool:
 
 
 def _pairs(text: str) -> frozenset[tuple[int, int]]:
-    return frozenset(_pair(word) for word in text.split(","))
+    try:
+        return frozenset(_pair(word) for word in text.split(","))
+    except ValueError as error:
+        raise ValueError(f"{error}; several with a comma between them") from None
 
 
 def _pair(text: str) -> tuple[int, int]:
@@ -175,7 +204,7 @@ def _pair(text: str) -> tuple[int, int]:
     except ValueError:
         did = cid = -1
     if not (0 <= did <= 0xFF and 0 <= cid <= 0xFF):
-        raise ValueError("DID:CID is wanted, such as 0x13:0x10, several with a comma between them")
+        raise ValueError("DID:CID is wanted, such as 0x13:0x10")
     return did, cid
 
 
@@ -195,7 +224,14 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "loss": _probability,
     "corrupt": _probability,
     "duplicate": _probability,
+    "reorder": _probability,
+    "interval": _at_least("1ms"),
+    "per_event": _whole(1),
+    "queue": _whole(1),
     "busy": _probability,
+    "sleep_after": _at_least("1ms"),
+    "disconnect_after": _whole(1),
+    "reboot_on": _pair,
     "split": _whole(1, 512),
     "silent": _pairs,
     "truth": _path,

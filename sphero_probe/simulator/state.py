@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.model import LedTable
+from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator.firmware import Firmware
 from sphero_probe.simulator.readings import Readings
 from sphero_probe.simulator.rest import Rest
@@ -41,6 +42,7 @@ class State:
         asleep: hears nothing but wake.
         off: in deep sleep, hears nothing any more.
         in_bootloader: has nothing but its bootloader.
+        booting: starts anew and hears nothing yet.
     """
 
     def __init__(self, settings: Settings, rest: Rest) -> None:
@@ -60,6 +62,7 @@ class State:
         self.asleep = False
         self.off = False
         self.in_bootloader = False
+        self.booting = False
 
     def light(self, channels: Iterable[int], values: Iterable[int]) -> None:
         """Give channels a brightness each, as long as there are values."""
@@ -72,6 +75,15 @@ class State:
         self.asleep = True
         self.stream = None
         self.rest.sleep(wakes)
+
+    def restart(self) -> None:
+        """Lose whatever does not outlive power; what was stored for good stays."""
+        self.stream = None
+        self.leds.update(dict.fromkeys(self.leds, 0))
+        commands = self.firmware.commands
+        self.memory = {
+            key: payload for key, payload in self.memory.items() if commands[key].risk >= Risk.PERSIST
+        }
 
 
 def _channels(table: LedTable | None) -> dict[int, str]:

@@ -1,6 +1,7 @@
 """The seam below the link: a byte pipe to a robot, and what opening one tells."""
 
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
 from typing import NamedTuple, Protocol
 
 from sphero_probe.catalogue.model import Robot
@@ -33,6 +34,7 @@ class Connection(NamedTuple):
         name: the advertised name, or the address where it has none.
         address: where it was reached, as ``--device`` takes it.
         port: the port nibble of target addresses on this kind of line (BLE 1, serial 0).
+        again: opens a line to the very same robot again; None: open the address anew.
     """
 
     transport: Transport
@@ -41,6 +43,7 @@ class Connection(NamedTuple):
     name: str
     address: str
     port: int = 1
+    again: Callable[[], AbstractAsyncContextManager["Connection"]] | None = None
 
 
 class Seen(NamedTuple):

@@ -2,41 +2,46 @@
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Mapping
-from contextlib import ExitStack, asynccontextmanager
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TextIO
+from typing import IO
 
 from sphero_probe.errors import LinkLostError, OutputError
-from sphero_probe.simulator import Executed, FakeRobot, Settings, parse_settings
+from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 from sphero_probe.transports.base import Connection, OpenOptions
 
 
 class FakeTransport:
-    """A pipe to a ``FakeRobot`` on the event loop's clock."""
+    """A pipe to a ``FakeRobot`` on the event loop's clock, as long as the connection that it has now."""
 
     def __init__(self, robot: FakeRobot) -> None:
         self.robot = robot
+        self._connection = robot.connection
         self._stirred = asyncio.Event()
         self._ready: list[bytes] = []
         self._closed = False
 
     async def write(self, data: bytes) -> None:
-        """Let the robot hear bytes."""
-        if self._closed:
+        """Let the robot hear bytes.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        self._listen()
+        if not (self._is_ours and self.robot.connected):
             raise LinkLostError("the fake robot is disconnected")
         self.robot.hear(data, now=asyncio.get_running_loop().time())
         self._stirred.set()
 
     async def read(self) -> bytes:
-        """Wait until the robot says something and return one chunk of it."""
-        loop = asyncio.get_running_loop()
+        """Wait until the robot says something and return one chunk of it; ``b""`` once it is gone."""
         while not self._ready:
-            if self._closed:
-                return b""
-            self._ready = self.robot.speak(now=loop.time())
+            self._listen()
             if self._ready:
                 break
+            if not (self._is_ours and self.robot.connected):
+                return b""
             self._stirred.clear()
             due = self.robot.next_time()
             try:
@@ -51,54 +56,102 @@ class FakeTransport:
         self._closed = True
         self._stirred.set()
 
+    @property
+    def _is_ours(self) -> bool:
+        """Whether the robot still talks to this pipe and not to a later one."""
+        return not self._closed and self.robot.connection == self._connection
+
+    def _listen(self) -> None:
+        if self._is_ours:
+            self._ready += self.robot.speak(now=asyncio.get_running_loop().time())
+
 
 class _Lines:
-    """A file of JSON lines, written as they happen."""
+    """A file of JSON lines, written as they happen: the first who opens it begins it, others go on."""
 
-    def __init__(self, path: str, files: ExitStack) -> None:
+    def __init__(self, path: str) -> None:
         self._path = path
+        self._mode = "wb"
+        self._users = 0
+        self._file: IO[bytes] | None = None
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Keep the file open; whoever leaves last closes it."""
+        if self._file is None:
+            try:
+                self._file = Path(self._path).open(self._mode, buffering=0)  # noqa: SIM115 - its last user closes it
+            except OSError as error:
+                raise OutputError(f"cannot write {self._path}: {error.strerror}") from error
+        self._mode = "ab"
+        self._users += 1
         try:
-            file = Path(path).open("w", encoding="utf-8", buffering=1)  # noqa: SIM115 - the stack closes it
-            self._file: TextIO = files.enter_context(file)
-        except OSError as error:
-            raise OutputError(f"cannot write {path}: {error.strerror}") from error
+            yield
+        finally:
+            self._users -= 1
+            if not self._users:
+                self._file.close()
+                self._file = None
 
     def write(self, line: Mapping[str, object]) -> None:
+        if self._file is None:
+            return
         try:
-            self._file.write(json.dumps(line, separators=(",", ":")) + "\n")
+            self._file.write(json.dumps(line, separators=(",", ":")).encode() + b"\n")
         except OSError as error:
             raise OutputError(f"cannot write {self._path}: {error.strerror}") from error
 
 
-def _furnish(settings: Settings, files: ExitStack) -> FakeRobot:
-    """Build the robot; ``truth`` is written at once, ``ledger`` grows as commands are executed."""
-    ledger = _Lines(settings.ledger, files) if settings.ledger else None
+class _Home:
+    """One fake robot and its evidence, for as many connections as are made to it."""
 
-    def note(executed: Executed) -> None:
-        if ledger:
-            ledger.write(executed.as_json())
+    def __init__(self, rest: str) -> None:
+        settings = parse_settings(rest)
+        self._address = f"fake:{rest}"
+        self._truth = _Lines(settings.truth) if settings.truth else None
+        self._ledger = _Lines(settings.ledger) if settings.ledger else None
+        self._robot = FakeRobot(settings, on_execute=self._note)
 
-    robot = FakeRobot(settings, on_execute=note)
-    if settings.truth:
-        truth = _Lines(settings.truth, files)
-        for fact in robot.truth():
-            truth.write(fact.as_json())
-    return robot
+    @asynccontextmanager
+    async def connect(self) -> AsyncIterator[Connection]:
+        """Open a line to the robot, in place of the one there may be."""
+        with self._ledger.opened() if self._ledger else nullcontext():
+            self._tell_truth()
+            robot = self._robot
+            robot.connect(now=asyncio.get_running_loop().time())
+            transport = FakeTransport(robot)
+            try:
+                yield Connection(
+                    transport,
+                    robot.model.generation,
+                    robot.model,
+                    robot.name,
+                    self._address,
+                    again=self.connect,
+                )
+            finally:
+                transport.close()
+
+    def _tell_truth(self) -> None:
+        """Write down every command that exists, once."""
+        truth, self._truth = self._truth, None
+        if truth:
+            with truth.opened():
+                for fact in self._robot.truth():
+                    truth.write(fact.as_json())
+
+    def _note(self, executed: Executed) -> None:
+        if self._ledger:
+            self._ledger.write(executed.as_json())
 
 
 @asynccontextmanager
 async def open_connection(rest: str, _options: OpenOptions) -> AsyncIterator[Connection]:
-    """Open ``MODEL?key=value&…``.
+    """Open ``MODEL?key=value&…``; ``Connection.again`` reaches the same robot, whose ledger then grows on.
 
     Raises:
         UsageError: an unknown model or key, or a value that makes no sense.
         OutputError: the truth or ledger file cannot be written.
     """
-    settings = parse_settings(rest)
-    with ExitStack() as files:
-        robot = _furnish(settings, files)
-        transport = FakeTransport(robot)
-        try:
-            yield Connection(transport, robot.model.generation, robot.model, robot.name, f"fake:{rest}")
-        finally:
-            transport.close()
+    async with _Home(rest).connect() as connection:
+        yield connection

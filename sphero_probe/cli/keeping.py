@@ -1,0 +1,214 @@
+"""A run's journal as the command line wants it: options and a robot go in, an open journal comes out.
+
+What an interrupted run left behind is compared with what is asked now before anything is sent. Only what to
+ask is taken from a journal; whom to ask, by whose leave, and a plan's code are said anew by whoever resumes.
+"""
+
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Self
+
+import click
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.cli.failures import InterruptedRunError
+from sphero_probe.cli.options import Keeping
+from sphero_probe.errors import (
+    BadInputFileError,
+    IncompleteError,
+    LinkLostError,
+    OutputError,
+    RefusedByPolicyError,
+    SpheroProbeError,
+    UsageError,
+)
+from sphero_probe.link.guard import Consent
+from sphero_probe.probing.asking import Asked
+from sphero_probe.probing.engine import Earlier
+from sphero_probe.probing.finding import Record
+from sphero_probe.probing.journal import Journal, check_same_robot
+from sphero_probe.probing.journal_lines import Opening, digest_of
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.runs_folder import create_journal, find_journal
+from sphero_probe.reports.printable import visible
+from sphero_probe.transports.base import Connection
+
+
+class Keeper:
+    """Keeps the journal of one command; a context manager, so that the next run may have it.
+
+    Attributes:
+        command: whose run it is: ``sweep``, ``send``, …
+        journal: the open one; None where none is kept, or before the robot is known.
+        options: those that say what is asked, for the journal's first line; filled in by the command.
+    """
+
+    def __init__(self, keeping: Keeping, command: str) -> None:
+        self.command = command
+        self.journal: Journal | None = None
+        self.options: dict[str, str] = {}
+        self._keeping = keeping
+
+    def __enter__(self) -> Self:
+        """Open the journal that the options name.
+
+        Raises:
+            UsageError: the options contradict each other.
+            BadInputFileError: the journal to go on with is none, of another command, or in use.
+            OutputError: it cannot be written.
+        """
+        file, off, resume = self._keeping
+        if sum((file is not None, off, resume is not None)) > 1:
+            raise UsageError("--journal, --no-journal and --resume exclude each other")
+        if file is not None:
+            self.journal = Journal.create(Path(file))
+        elif resume is not None:
+            self.journal = Journal.reopen(find_journal(resume))
+            if self.opening and self.opening.command != self.command:
+                self.__exit__()
+                raise BadInputFileError(
+                    f"{resume}: the journal of {self.opening.command}, not of {self.command}"
+                )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.journal:
+            self.journal.close()
+
+    @property
+    def opening(self) -> Opening | None:
+        """What the interrupted run was asked to do, None where there is none."""
+        recorded = self.journal.recorded if self.journal else None
+        return recorded.opening if recorded else None
+
+    @property
+    def place(self) -> str:
+        """The journal's file as text, empty where none is open."""
+        return str(self.journal.path) if self.journal else ""
+
+    @property
+    def earlier(self) -> Earlier:
+        """What the interrupted run left behind."""
+        recorded = self.journal.recorded if self.journal else None
+        return recorded.earlier() if recorded else Earlier()
+
+    def check(self, plan: Plan, consent: Consent, target: str | None) -> str | None:
+        """Compare what is asked now with what the interrupted run was asked; return the node to ask.
+
+        Raises:
+            BadInputFileError: it was another plan or another node.
+            RefusedByPolicyError: what was allowed then is not what is allowed now.
+        """
+        opening, journal = self.opening, self.journal
+        if opening is None or journal is None:
+            return target
+        if opening.digest != digest_of(plan):
+            raise BadInputFileError(f"{journal.path}: the journal of another plan than this {plan.name}")
+        if target is not None and target != opening.target:
+            said = opening.target or "the robot's usual node"
+            raise BadInputFileError(f"{journal.path}: the journal of another node: {said}")
+        if set(opening.consent) != set(consent.words):
+            raise RefusedByPolicyError(
+                f"{journal.path}: this run was allowed {', '.join(opening.consent)}; now it is "
+                f"{', '.join(consent.words)}",
+                f"resume it with {' '.join(_allowing(opening.consent)) or 'no --allow'}",
+            )
+        return opening.target or None
+
+    def begin(self, connection: Connection, plan: Plan, consent: Consent, target: str | None) -> None:
+        """Write what is asked of which robot, or compare it with the interrupted run's.
+
+        Raises:
+            BadInputFileError: that was another robot.
+            OutputError: the journal that was asked for cannot be written.
+        """
+        opening = Opening(
+            self.command,
+            plan.name,
+            digest_of(plan),
+            self.options,
+            target or "",
+            connection.address,
+            connection.generation,
+            connection.robot.key if connection.robot else "",
+            connection.name,
+            consent.words,
+        )
+        if self.opening and self.journal:
+            check_same_robot(self.opening, opening, self.journal.path)
+        elif self.journal:
+            self.journal.open(opening)
+        elif not self._keeping.off:
+            self._begin_in_folder(opening)
+
+    def _begin_in_folder(self, opening: Opening) -> None:
+        try:
+            self.journal = create_journal(opening.device, opening.plan, now=datetime.now(UTC))
+            self.journal.open(opening)
+        except OutputError as error:
+            if self.journal:
+                self.journal.close()
+                self.journal = None
+            click.echo(f"warning: no journal is kept: {visible(str(error), limit=400)}", err=True)
+
+    def intend(self, asked: Asked) -> None:
+        """Take in that a probe is about to be sent.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        if self.journal:
+            self.journal.intend(asked)
+
+    def record(self, record: Record) -> None:
+        """Take in what came to light.
+
+        Raises:
+            OutputError: it cannot be written.
+            BadInputFileError: the robot turns out to be another than before.
+        """
+        if self.journal:
+            self.journal.record(record)
+
+    @contextmanager
+    def telling_how_to_go_on(self, device: str, consent: Consent) -> Iterator[None]:
+        """Let an end before the end pass, and say what to type to go on from there.
+
+        Args:
+            device: the robot's address as it was given, empty for none.
+            consent: what was allowed.
+        """
+        try:
+            yield
+        except (LinkLostError, OutputError, IncompleteError) as error:
+            error.hint = self._resume(device, consent) or error.hint
+            raise
+        except (SpheroProbeError, BrokenPipeError):
+            raise
+        except (InterruptedRunError, KeyboardInterrupt, OSError):
+            if command := self._resume(device, consent):
+                click.echo(visible(command, limit=None), err=True)
+            raise
+
+    def _resume(self, device: str, consent: Consent) -> str:
+        """What to type to go on, empty where nothing can be gone on with."""
+        if self.journal is None or not self.journal.resumable:
+            return ""
+        words = ["sphero-probe", self.command, "--resume", str(self.journal.path)]
+        if file := self.options.get("plan_file"):
+            words += ["--plan", file]
+        if device:
+            words += ["--device", device]
+        words += _allowing(consent.words)
+        if consent.confirmed:
+            words += ["--confirm", consent.confirmed]
+        return f"resume: {shlex.join(words)}"
+
+
+def _allowing(words: tuple[str, ...]) -> list[str]:
+    """The options that allow these classes; the mild ones need none."""
+    default = {Risk.READ.word, Risk.PROBE.word}
+    return [part for word in words if word not in default for part in ("--allow", word)]

@@ -1,0 +1,166 @@
+"""One JSON object of an untrusted file: a line of bytes comes in, fields of checked type and range go out."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Final, NoReturn, TypeVar
+
+from sphero_probe.catalogue.risk import Risk
+
+_ENTRIES: Final = 256
+_DEPTH: Final = 8
+_COUNT: Final = 1 << 31
+_WHOLE: Final = 1 << 64
+_SECONDS: Final = 1e9
+_FRAME: Final = 1 << 16
+_NAME: Final = 512
+_TEXT: Final = 1 << 16
+_OWN_KEYS: Final = frozenset({"type", "kind", "text", "schema_version"})
+
+_Member = TypeVar("_Member")
+
+
+class BadLineError(ValueError):
+    """A line that no run of this tool can have written; the text says why."""
+
+
+def parse(line: bytes) -> dict[str, object]:
+    """Return the JSON object that a line holds.
+
+    Raises:
+        BadLineError: it holds none.
+    """
+    try:
+        data = json.loads(line, parse_constant=_refuse_constant, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise BadLineError("not a line of JSON") from error
+    if not isinstance(data, dict):
+        raise BadLineError("not a JSON object")
+    return data
+
+
+def _refuse_constant(_: str) -> NoReturn:
+    raise ValueError("no number")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError("no number")
+    return value
+
+
+class Fields:
+    """The fields of one line; each getter checks type and range.
+
+    Raises:
+        BadLineError: from every getter.
+    """
+
+    def __init__(self, data: dict[str, object]) -> None:
+        self._data = data
+
+    def whole(self, key: str, least: int, most: int) -> int:
+        """A whole number within bounds."""
+        value = self._data.get(key)
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            raise BadLineError(f"{key} is no number from {least} to {most}")
+        return value
+
+    def byte(self, key: str) -> int:
+        """A number from 0 to 255."""
+        return self.whole(key, 0, 0xFF)
+
+    def byte_or_none(self, key: str) -> int | None:
+        """A byte, or null."""
+        return None if self._data.get(key) is None else self.byte(key)
+
+    def seconds(self, key: str) -> float:
+        """A length of time."""
+        value = self._data.get(key)
+        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= _SECONDS:
+            raise BadLineError(f"{key} is no length of time")
+        return float(value)
+
+    def text(self, key: str, limit: int) -> str:
+        """A text of at most so many characters."""
+        return _text(self._data.get(key), key, limit)
+
+    def raw(self, key: str, limit: int = _FRAME) -> bytes:
+        """Bytes, written in hex without blanks."""
+        text = _text(self._data.get(key), key, 2 * limit)
+        try:
+            if text.isalnum() or not text:
+                return bytes.fromhex(text)
+        except ValueError:
+            pass
+        raise BadLineError(f"{key} is not hexadecimal")
+
+    def flag(self, key: str) -> bool:
+        """True or false."""
+        value = self._data.get(key)
+        if not isinstance(value, bool):
+            raise BadLineError(f"{key} is neither true nor false")
+        return value
+
+    def one_of(self, key: str, words: Mapping[str, _Member]) -> _Member:
+        """What one of these words stands for."""
+        value = self._data.get(key)
+        if not isinstance(value, str) or value not in words:
+            raise BadLineError(f"{key} is none of {', '.join(words)}")
+        return words[value]
+
+    def risk(self, key: str) -> Risk:
+        """A risk class by its word."""
+        return self.one_of(key, {risk.word: risk for risk in Risk})
+
+    def texts(self, key: str) -> dict[str, str]:
+        """Names with a text each."""
+        held = self._object(key)
+        return {_text(name, key, _NAME): _text(value, key, _TEXT) for name, value in held.items()}
+
+    def risks(self, key: str) -> tuple[str, ...]:
+        """Risk classes, each as its word."""
+        value = self._data.get(key)
+        words = {risk.word for risk in Risk}
+        if not isinstance(value, list) or len(value) > len(words) or any(one not in words for one in value):
+            raise BadLineError(f"{key} is no list of risk classes")
+        return tuple(value)
+
+    def counts(self, key: str, words: Iterable[str]) -> dict[str, int]:
+        """A number for each of these words that is there."""
+        data = self._object(key)
+        held = Fields(data)
+        return {word: held.whole(word, 0, _COUNT) for word in words if word in data}
+
+    def details(self, key: str) -> dict[str, object]:
+        """The details of a note: any JSON that is not absurdly deep or long."""
+        held = self._object(key)
+        if not _is_plain(held, _DEPTH) or _OWN_KEYS.intersection(held):
+            raise BadLineError(f"{key} holds what no note does")
+        return held
+
+    def _object(self, key: str) -> dict[str, object]:
+        value = self._data.get(key)
+        if not isinstance(value, dict) or len(value) > _ENTRIES:
+            raise BadLineError(f"{key} is no object of at most {_ENTRIES} entries")
+        return value
+
+
+def _text(value: object, key: str, limit: int) -> str:
+    if not isinstance(value, str) or len(value) > limit:
+        raise BadLineError(f"{key} is no text of at most {limit} characters")
+    return value
+
+
+def _is_plain(value: object, depth: int) -> bool:
+    """Whether it nests at most so deep and holds no number of absurd length."""
+    match value:
+        case int():
+            return -_WHOLE < value < _WHOLE
+        case dict():
+            return depth > 0 and all(_is_plain(held, depth - 1) for held in value.values())
+        case list():
+            return depth > 0 and all(_is_plain(held, depth - 1) for held in value)
+        case _:
+            return True

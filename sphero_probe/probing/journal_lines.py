@@ -1,0 +1,294 @@
+"""One line of a journal: what a run says of itself goes in as JSON text, and checked values come back out.
+
+A journal may come from a stranger. Every field is held to its type and range, nothing in a line is imported,
+looked up as a file or run.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Collection
+from typing import Final, NamedTuple, assert_never
+
+from sphero_probe.catalogue import ROBOTS, lookup
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
+from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.journal_fields import BadLineError, Fields
+from sphero_probe.probing.plan import Plan
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Command, Generation, Response, Role
+
+SCHEMA_VERSION: Final = 1
+MAX_LINE: Final = 1 << 20
+"""Bytes of one line, its end included."""
+_TEXT: Final = 1 << 16
+_WORD: Final = 512
+_NUMBERS: Final = 1 << 31
+
+
+class Opening(NamedTuple):
+    """What a run was asked to do: the first line of its journal.
+
+    Attributes:
+        command: of the command line: ``sweep``, ``discover``, ``send``, ``led``.
+        plan: the plan's name.
+        digest: of the plan, see ``digest_of``.
+        options: those that say what to ask, without dashes: ``{"did": "0x13"}``.
+        target: the node as it was typed, empty for the robot's usual one.
+        address: where the robot was reached.
+        generation: the protocol it speaks.
+        robot: the model's key, empty where it is not known.
+        device: the robot's name.
+        consent: the allowed risk classes, by name.
+    """
+
+    command: str
+    plan: str
+    digest: str
+    options: dict[str, str]
+    target: str
+    address: str
+    generation: Generation
+    robot: str
+    device: str
+    consent: tuple[str, ...]
+
+
+class Intent(NamedTuple):
+    """A probe that was about to be sent.
+
+    Attributes:
+        number: its place in the run, from 1.
+        command: with node and payload.
+        risk: the class of sending it.
+    """
+
+    number: int
+    command: Command
+    risk: Risk
+
+
+Entry = Opening | Intent | Record
+
+
+def digest_of(plan: Plan) -> str:
+    """Return what tells this plan from others: a hash of its file, or of its probes.
+
+    Raises:
+        BadInputFileError: the plan's file cannot be read any more.
+    """
+    if plan.file:
+        try:
+            return hashlib.sha256(plan.file.read_bytes()).hexdigest()
+        except OSError as error:
+            raise BadInputFileError(f"{plan.file}: {error.strerror}") from error
+    made = hashlib.sha256(plan.name.encode("utf-8", "surrogatepass"))
+    for stage in plan.stages:
+        made.update(b"\nstage")
+        if isinstance(stage, Collection):
+            for command, exact in stage:
+                made.update(f"\n{command.did} {command.cid} {command.target} {exact} ".encode())
+                made.update(command.payload.hex().encode())
+    return made.hexdigest()
+
+
+def encode(entry: Entry, *, resumed: bool = False) -> bytes:
+    """Return an entry as one line of ASCII, its end included.
+
+    Args:
+        entry: what to write.
+        resumed: for a heading: the run goes on where an earlier one ended.
+    """
+    line = _dumped(_data_of(entry, resumed=resumed))
+    if len(line) > MAX_LINE and isinstance(entry, Note):
+        line = _dumped(_data_of(Note(entry.kind, entry.text[:_WORD], {}), resumed=False))
+    return line
+
+
+def _dumped(data: dict[str, object]) -> bytes:
+    return (json.dumps(data, separators=(",", ":"), allow_nan=False) + "\n").encode("ascii")
+
+
+def _data_of(entry: Entry, *, resumed: bool) -> dict[str, object]:
+    """What ``decode`` reads again."""
+    match entry:
+        case Opening():
+            held = entry._replace(plan=entry.plan[:_WORD])
+            return {"type": "journal", "schema_version": SCHEMA_VERSION} | held._asdict()
+        case Heading():
+            return {"type": "run", "resumed": resumed} | entry._replace(plan=entry.plan[:_WORD])._asdict()
+        case Intent(number=number, command=command, risk=risk):
+            return {"type": "intent", "number": number, **_command_data(command), "risk": risk.word}
+        case Finding():
+            return _finding_data(entry)
+        case Note(kind=kind, text=text, data=data):
+            text = text[:_TEXT]
+            return {"type": "note", "kind": kind, "text": text, "data": _writable(data)}
+        case Summary():
+            ending: dict[str, object] = {"type": "summary"}
+            return ending | entry._asdict()
+    assert_never(entry)
+
+
+def _command_data(command: Command) -> dict[str, object]:
+    return {
+        "target": command.target,
+        "did": command.did,
+        "cid": command.cid,
+        "payload": command.payload.hex(),
+    }
+
+
+def _finding_data(finding: Finding) -> dict[str, object]:
+    data: dict[str, object] = {
+        "type": "finding",
+        "number": finding.number,
+        **_command_data(finding.command),
+        "outcome": finding.outcome,
+        "confidence": finding.confidence,
+        "risk": finding.risk.word,
+        "attempts": finding.attempts,
+        "note": finding.note,
+    }
+    match finding.exchange:
+        case Answered(seq=seq, sent=sent, received=received, rtt=rtt):
+            ended: dict[str, object] = {
+                "seq": seq,
+                "sent": sent.hex(),
+                "received": received.hex(),
+                "seconds": rtt,
+            }
+            return data | {"exchange": "answered"} | ended
+        case Silent(seq=seq, sent=sent, waited=waited):
+            ended = {"seq": seq, "sent": sent.hex(), "seconds": waited}
+            return data | {"exchange": "silent"} | ended
+        case Refused(reason=reason):
+            ended = {"reason": reason}
+            return data | {"exchange": "refused"} | ended
+        case _:
+            assert_never(finding.exchange)
+
+
+def _writable(value: object) -> object:
+    """Numbers that JSON cannot hold, as a decoded float may be one, become texts."""
+    match value:
+        case float():
+            return value if math.isfinite(value) else str(value)
+        case dict():
+            return {str(key): _writable(held) for key, held in value.items()}
+        case list() | tuple():
+            return [_writable(held) for held in value]
+        case _:
+            return value
+
+
+def decode(data: dict[str, object], opening: Opening | None) -> Entry:
+    """Return the entry that a line's object stands for.
+
+    Args:
+        data: what ``parse`` returned.
+        opening: the journal's first line; None while that is the one to decode.
+
+    Raises:
+        BadLineError: a field is missing, of a wrong type or out of range, or the line may not stand here.
+    """
+    fields = Fields(data)
+    kind = data.get("type")
+    if opening is None:
+        if kind != "journal":
+            raise BadLineError("does not begin as a journal does")
+        return _opening(fields)
+    match kind:
+        case "run":
+            return _heading(fields)
+        case "intent":
+            return Intent(fields.whole("number", 1, _NUMBERS), _command(fields), fields.risk("risk"))
+        case "finding":
+            return _finding(fields, opening)
+        case "note":
+            return Note(fields.text("kind", _WORD), fields.text("text", _TEXT), fields.details("data"))
+        case "summary":
+            return _summary(fields)
+        case _:
+            raise BadLineError("a type of line that is not known")
+
+
+def _opening(fields: Fields) -> Opening:
+    if fields.whole("schema_version", 0, _NUMBERS) != SCHEMA_VERSION:
+        raise BadLineError(f"a journal of another version; this tool reads {SCHEMA_VERSION}")
+    return Opening(
+        fields.text("command", _WORD),
+        fields.text("plan", _WORD),
+        fields.text("digest", _WORD),
+        fields.texts("options"),
+        fields.text("target", _WORD),
+        fields.text("address", _TEXT),
+        fields.one_of("generation", {word.value: word for word in Generation}),
+        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.text("device", _TEXT),
+        fields.risks("consent"),
+    )
+
+
+def _heading(fields: Fields) -> Heading:
+    fields.flag("resumed")
+    return Heading(
+        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.text("model", _WORD),
+        fields.text("device", _TEXT),
+        fields.texts("firmware"),
+        fields.text("plan", _WORD),
+        fields.text("tool_version", _WORD),
+        fields.risks("consent"),
+        fields.texts("strictness"),
+        fields.text("started", _WORD),
+    )
+
+
+def _command(fields: Fields) -> Command:
+    return Command(
+        fields.byte("did"), fields.byte("cid"), fields.raw("payload"), fields.byte_or_none("target")
+    )
+
+
+def _finding(fields: Fields, opening: Opening) -> Finding:
+    command, risk = _command(fields), fields.risk("risk")
+    codec = CODECS[opening.generation]
+    exchange = _exchange(fields, command, risk, opening.generation)
+    return Finding(
+        fields.whole("number", 1, _NUMBERS),
+        command,
+        fields.one_of("outcome", {word.value: word for word in Outcome}),
+        fields.one_of("confidence", {word.value: word for word in Confidence}),
+        risk,
+        exchange,
+        lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
+        codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
+        fields.whole("attempts", 0, _NUMBERS),
+        fields.text("note", _TEXT),
+    )
+
+
+def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:
+    kind = fields.one_of("exchange", {word: word for word in ("answered", "silent", "refused")})
+    if kind == "refused":
+        return Refused(command, risk, fields.text("reason", _TEXT))
+    seq, sent, seconds = fields.byte("seq"), fields.raw("sent"), fields.seconds("seconds")
+    if kind == "silent":
+        return Silent(command, seq, sent, seconds)
+    received = fields.raw("received")
+    packets = CODECS[generation].decoder(Role.HOST).feed(received)
+    if len(packets) != 1 or not isinstance(packets[0], Response):
+        raise BadLineError("received is no answer")
+    return Answered(command, seq, sent, packets[0], received, seconds)
+
+
+def _summary(fields: Fields) -> Summary:
+    return Summary(
+        {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()},
+        fields.seconds("seconds"),
+        fields.whole("probes_sent", 0, _NUMBERS),
+        fields.flag("complete"),
+    )

@@ -1,0 +1,34 @@
+"""Journals as rows: what is known of a run's file comes in, a row of the list of runs comes out."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from sphero_probe.probing.finding import Heading, Outcome
+from sphero_probe.probing.journal_lines import Opening
+from sphero_probe.reports.rows import Row
+
+
+def run_file_row(
+    file: Path,
+    opening: Opening | None = None,
+    heading: Heading | None = None,
+    counts: Mapping[Outcome, int] | None = None,
+    *,
+    complete: bool = False,
+    problem: str = "",
+) -> Row:
+    """Return the row of a journal; of a broken one little is known but the ``problem``."""
+    return Row(
+        "run_file",
+        {
+            "when": heading.started if heading else None,
+            "robot": opening.device if opening else None,
+            "model": heading.model if heading else None,
+            "command": opening.command if opening else None,
+            "plan": opening.plan if opening else None,
+            "counts": {outcome.value: (counts or {}).get(outcome, 0) for outcome in Outcome},
+            "complete": complete,
+            "file": str(file),
+            "problem": problem or None,
+        },
+    )

@@ -1,0 +1,45 @@
+"""Where commands wait: requests and their times go in, the same come out once served, or never."""
+
+from collections import deque
+from typing import Final
+
+from sphero_probe.protocol.packets import Request
+
+SERVICE: Final = 0.003
+"""Seconds that a robot with a queue takes for one command.
+
+An assumption: fast enough for four commands in each BLE connection event of 15 ms, too slow for any burst.
+"""
+
+
+class Desk:
+    """Serves one command after the other; who finds no place to wait is lost without a word.
+
+    All times are in seconds of the caller's clock.
+    """
+
+    def __init__(self, places: int | None) -> None:
+        """Take how many commands can wait beside the one that is served; None: nobody ever waits."""
+        self._places = places
+        self._line: deque[tuple[float, Request]] = deque()
+
+    def admit(self, request: Request, *, now: float) -> None:
+        """Let a command wait; whoever was done by ``now`` must have been taken away before."""
+        if self._places is None:
+            self._line.append((now, request))
+        elif len(self._line) <= self._places:
+            begins = self._line[-1][0] if self._line else now
+            self._line.append((begins + SERVICE, request))
+
+    @property
+    def due(self) -> float | None:
+        """When the next command has been served, None while there is none."""
+        return self._line[0][0] if self._line else None
+
+    def take(self) -> Request:
+        """Return the next command; there must be one."""
+        return self._line.popleft()[1]
+
+    def clear(self) -> None:
+        """Forget who waits."""
+        self._line.clear()
