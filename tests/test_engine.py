@@ -338,6 +338,7 @@ def test_calibration_shows_its_evidence():
         ("bad data length", "bad data length"),
         ("bad data length", "bad data length"),
         ("bad data length", "bad data length"),
+        ("bad data length", "bad data length"),
         ("no such device id", "bad device id"),
         ("no such command id", "bad command id"),
         *[("absent", "bad device id")] * 2,

@@ -15,6 +15,8 @@ class Job(StrEnum):
     ECHO = "echo"
     """Harmless, and its answer is known: what was sent comes back."""
     VERSION = "version"
+    ERROR_ON_DEMAND = "error on demand"
+    """Answers with the error code that it is given: shows that codes are read rightly."""
     CLAIMED_DEVICES = "claimed devices"
     """Lists the device ids that the robot says it has; evidence, not truth."""
     CLAIMED_COMMANDS = "claimed commands"
@@ -33,6 +35,7 @@ _JOBS: Final[dict[Generation, dict[Job, str]]] = {
         Job.WAKE: "power.wake",
         Job.ECHO: "api_and_shell.ping",
         Job.VERSION: "system_info.get_main_app_version",
+        Job.ERROR_ON_DEMAND: "api_and_shell.generate_api_error",
         Job.CLAIMED_DEVICES: "api_and_shell.get_supported_dids",
         Job.CLAIMED_COMMANDS: "api_and_shell.get_supported_cids",
         Job.STOP: "drive.set_raw_motors",

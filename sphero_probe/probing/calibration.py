@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from sphero_probe.catalogue import all_rows, commands_of
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Answered
 from sphero_probe.link.guard import WRONG_LENGTH
 from sphero_probe.link.link import Link
@@ -107,6 +108,10 @@ class Calibration:
                     Strictness.UNKNOWN, f"{row.name} with surplus bytes is not refused as such"
                 )
         guard.trust_length_check(self._target)
+        if why := await self._setter_without_arguments():
+            guard.distrust_length_check(self._target)
+            return self._conclude(Strictness.LENIENT, why)
+        await self._codes_on_demand()
         strictness, why = await self._absent_pairs(reads[0].did)
         if strictness not in (Strictness.STRICT, Strictness.MASKING):
             guard.distrust_length_check(self._target)
@@ -125,6 +130,24 @@ class Calibration:
                 if await self._ask(Command(row.did, row.cid), "success") is Verdict.OK:
                     found.append(row)
         return found
+
+    async def _setter_without_arguments(self) -> str:
+        """Ask the lamps' setter without arguments; return why that speaks against the node, or nothing."""
+        robot = self._link.guard.robot
+        if robot is None or robot.leds is None or (robot.leds.node or 1) != (self._target or 1) & 0x0F:
+            return ""
+        said = await self._ask(Command(robot.leds.did, robot.leds.cid), "bad data length")
+        return "a setter runs without its arguments" if said is Verdict.OK else ""
+
+    async def _codes_on_demand(self) -> None:
+        """Have the robot answer with each code where it can; what it says is evidence, and shown."""
+        robot = self._link.guard.robot
+        row = row_for(self._link.codec.generation, Job.ERROR_ON_DEMAND)
+        if robot is None or row is None or robot.key not in row.nodes:
+            return
+        for code in range(1, 11):
+            wanted = self._link.codec.code_name(code)
+            await self._ask(Command(row.did, row.cid, bytes([code])), wanted)
 
     async def _absent_pairs(self, did: int) -> tuple[Strictness, str]:
         device = await self._find_absent([Command(did, 0) for did in _ABSENT_DEVICES], Verdict.NO_DEVICE)
@@ -161,7 +184,7 @@ class Calibration:
             exchange = await self._link.ask(command._replace(target=self._target), alone=True)
             if isinstance(exchange, Answered):
                 verdict = codec.verdict(exchange.response.code)
-                if verdict is Verdict.BUSY:
+                if verdict is Verdict.BUSY and wanted != codec.code_name(exchange.response.code):
                     continue
                 self._steps.append(Step(exchange.command, wanted, codec.code_name(exchange.response.code)))
                 return self._note(verdict)

@@ -89,12 +89,14 @@ class Run:
     _line: Line = field(init=False)
     _rounds: Rounds = field(init=False)
     _asides: list[Note] = field(default_factory=list)
+    _kept: dict[int, Finding] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._asker = Asker(self.link, self.target)
         self._asker.intend = self.recorder.intend
         self._line = Line(self._asker, self.stop, self.reopen)
         self._rounds = Rounds(self._asker, self._line, self.stop)
+        self._rounds.on_answer = self._keep
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, each after the recorder has it.
@@ -104,8 +106,16 @@ class Run:
             BadInputFileError: a stage of the plan is broken.
         """
         async for record in self._records():
-            self.recorder.record(record)
+            if not isinstance(record, Finding) or self._kept.get(record.number) != record:
+                self.recorder.record(record)
             yield record
+
+    def _keep(self, settled: Settled) -> None:
+        """Have an answer recorded as it comes; its round may still turn out void, and is then recorded so."""
+        finding = self._judged(settled)
+        if finding != self.earlier.findings.get(finding.number):
+            self._kept[finding.number] = finding
+            self.recorder.record(finding)
 
     async def _records(self) -> AsyncIterator[Record]:
         """Yield a heading, then findings and notes as they come, then a summary."""
@@ -169,7 +179,9 @@ class Run:
             plan=self.plan.name,
             tool_version=__version__,
             consent=self.link.guard.consent.words,
-            strictness={node_name(target, robot): profile.strictness for target, profile in profiles.items()},
+            strictness={
+                node_name(target, robot): profile.strictness.value for target, profile in profiles.items()
+            },
             started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
         )
         notes = [calibration_note(profile, robot) for profile in profiles.values()]
@@ -210,6 +222,7 @@ class Run:
         Whoever does not say the same again proves nothing: his finding is replaced by an inconclusive one.
         """
         window, self._asker.link.window = self._asker.link.window, 1
+        self._rounds.on_answer = lambda _: None  # only a changed word is news
         before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
         chunk: list[Asked] = []
         for number, finding in sorted(before.items()):
@@ -246,13 +259,15 @@ class Run:
 
     def _settle(self, settled: Sequence[Settled]) -> list[Record]:
         """Return what probes brought to light, and what was said besides."""
-        findings: list[Record] = []
-        for asked, tried, doubt in sorted(settled, key=lambda one: one.asked.number):
-            finding = self._finding(asked, tried)
-            if doubt:
-                finding = finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt)
-            findings.append(finding)
-        return [*self._take_asides(), *findings]
+        ordered = sorted(settled, key=lambda one: one.asked.number)
+        return [*self._take_asides(), *map(self._judged, ordered)]
+
+    def _judged(self, settled: Settled) -> Finding:
+        """Return the finding of a probe; doubt makes it inconclusive."""
+        finding = self._finding(settled.asked, settled.tried)
+        if settled.doubt:
+            return finding._replace(outcome=Outcome.INCONCLUSIVE, note=settled.doubt)
+        return finding
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
         """Return what an interrupted run found out about this very probe, None where it is to be asked."""

@@ -63,13 +63,14 @@ class Recorded(NamedTuple):
         return Earlier(settled, doubtful)
 
     def records(self) -> list[Record]:
-        """Return the records of the run as it would have told them in one go."""
+        """Return the records of the run as it would have told them in one go, its findings by number."""
         last_profile = {
             note.data.get("target"): note
             for note in self.told
             if isinstance(note, Note) and note.kind == "calibration" and _is_key(note.data.get("target"))
         }
         records: list[Record] = list(self.headings[-1:])
+        by_number = iter(sorted(self.findings.values(), key=lambda finding: finding.number))
         for record in self.told:
             if isinstance(record, Finding):
                 valid = self.findings[record.number] is record
@@ -77,7 +78,7 @@ class Recorded(NamedTuple):
                 target = record.data.get("target")
                 valid = record.kind != "calibration" or not _is_key(target) or last_profile[target] is record
             if valid:
-                records.append(record)
+                records.append(next(by_number) if isinstance(record, Finding) else record)
         if self.summary:
             records.append(self.summary._replace(counts=self.counts))
         return records

@@ -7,7 +7,7 @@ that drops it twice is known.
 
 import asyncio
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -70,9 +70,11 @@ class Rounds:
         line: to the robot.
         canary: tells whether the robot is itself.
         unanswered: number -> what stayed silent so far.
+        on_answer: told of each answer as it comes, and of each that turns out void, before the canary's word.
     """
 
     def __init__(self, asker: Asker, line: Line, stop: asyncio.Event) -> None:
+        self.on_answer: Callable[[Settled], None] = _ignore
         self.line = line
         self.canary = Canary(asker)
         self.unanswered: dict[int, Unanswered] = {}
@@ -97,6 +99,8 @@ class Rounds:
                 if asked.risk <= Risk.WRITE:
                     self.unanswered.pop(asked.number, None)
             chunk = [asked for asked in chunk if asked.risk <= Risk.WRITE]
+            for asked in chunk:
+                self.on_answer(Settled(asked, _unsent(asked, 1), NOT_ITSELF))
         return settled + [Settled(asked, _unsent(asked, ROUNDS), NOT_ITSELF) for asked in chunk]
 
     async def ask_again(self) -> list[Settled]:
@@ -201,6 +205,7 @@ class Rounds:
                         self.unanswered[asked.number] = Unanswered(asked, tried.exchange, tried.attempts)
                     else:
                         settled.append(Settled(asked, tried))
+                        self.on_answer(settled[-1])
         finally:
             for task in running:
                 task.cancel()
@@ -259,6 +264,10 @@ class Rounds:
                 await self.line.open_again(error)
             if await self._itself(chunk):
                 return
+
+
+def _ignore(_: Settled) -> None:
+    pass
 
 
 def _silence(asked: Asked) -> Silent:

@@ -44,7 +44,8 @@ class SweepTable:
         """Write the page."""
         heading = self._held["run"][0] if self._held["run"] else None
         robot = words.robot_of(heading)
-        lines = [words.line_of(data, robot) for data in self._held["finding"]]
+        latest = {data.get("number"): data for data in self._held["finding"]}  # verified ones replace theirs
+        lines = [words.line_of(data, robot) for data in latest.values()]
         lines.sort(key=lambda line: line.number)
         places = sorted({line.node for line in lines})
         apart = heading is None or len(places) > 1
@@ -55,9 +56,11 @@ class SweepTable:
             self._canvas.say(who, "bold", limit=_LINE)
             for text in rest:
                 self._canvas.say(text, limit=_LINE)
+        self._differences([note for note in notes if note.get("kind") == "comparison"])
         self._sections(words.sections(lines, robot), apart=apart)
         self._withheld(lines, apart=apart)
-        self._end(heading, lines, [note for note in notes if note.get("kind") != "calibration"])
+        said = ("calibration", "comparison")
+        self._end(heading, lines, [note for note in notes if note.get("kind") not in said])
         self._canvas.flush()
 
     def _sections(self, sections: list[Section], *, apart: bool) -> None:
@@ -81,6 +84,13 @@ class SweepTable:
                 self._canvas.grid(shapes, grid, widths, heading=False)
             else:
                 self._named(words.crowds(section.lines, apart=apart))
+
+    def _differences(self, notes: list[Data]) -> None:
+        """What the robot claims and what was found leads the report where it differs."""
+        for note in notes:
+            self._canvas.skip()
+            self._canvas.say("Beside what the robot says of itself, and what is known", "bold")
+            self._named(words.differences(note))
 
     def _withheld(self, lines: list[Line], *, apart: bool) -> None:
         told = words.withheld(lines, self._times, apart=apart)

@@ -233,6 +233,26 @@ def not_shown(lines: Iterable[Line], times: str) -> str:
     return f"Not shown: {counted}" if counted else ""
 
 
+def differences(note: Data) -> list[tuple[str, list[str]]]:
+    """Return what a comparison found, a title and ids each."""
+    titles = {
+        "hidden": "hidden: exists, but the robot does not claim it",
+        "ghost": "ghost: claimed, but absent",
+        "unknown": "unknown: exists, and is in no catalogue",
+    }
+    told: list[tuple[str, list[str]]] = []
+    for key, title in titles.items():
+        listed = note.get(key)
+        pairs = [
+            (pair["did"], pair["cid"])
+            for pair in (listed if isinstance(listed, list) else [])
+            if isinstance(pair, dict) and {"did", "cid"} <= pair.keys()
+        ]
+        if pairs:
+            told.append((f"{len(pairs)} {title}", pair_spans(dict.fromkeys(pairs))))
+    return told
+
+
 def remarks(notes: Iterable[Data], times: str) -> list[str]:
     """Return a line for each kind of note, with the first few different ones of it."""
     kinds: dict[str, Counter[str]] = {}
