@@ -137,7 +137,7 @@ def test_led_puts_exactly_the_packet_of_the_reference_on_the_air(stage):
 def test_info_tells_what_the_robot_says(stage):
     peripheral = stage.robot("bolt", OLD)
     with FakeBlueZ([peripheral]) as bluez:
-        ran = probe(bluez, "info", "--json", "-v")
+        ran = probe(bluez, "info", "--json", "-v", "--connect-timeout", "1")
     assert ran.returncode == 0, ran.stderr
     facts = {(fact["name"], fact["node"]): fact["value"] for fact in json.loads(ran.stdout)}
     assert facts["model", None] == "Sphero BOLT"

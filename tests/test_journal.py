@@ -15,13 +15,14 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, LinkLostError, OutputError
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.link.link import Link
-from sphero_probe.probing.engine import Earlier, Run
+from sphero_probe.probing.engine import Run
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.journal import Journal
 from sphero_probe.probing.journal_fields import BadLineError, parse
 from sphero_probe.probing.journal_lines import Opening, decode, digest_of, encode
 from sphero_probe.probing.journal_reading import Recorded, read_journal
 from sphero_probe.probing.plan import Plan, Probe, sweep
+from sphero_probe.probing.recorder import Earlier
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
@@ -255,7 +256,7 @@ def test_what_may_have_been_executed_is_never_sent_again(tmp_path, silent):
     intent = held.index(b'"type":"intent","number":2')
     intent = held.index(b"\n", intent) + 1
     doubted = 0
-    for place in sorted({*range(0, len(held) + 1, 43), *range(intent - 3, intent + 3)}):
+    for place in sorted({*range(0, len(held) + 1, 97), *range(intent - 3, intent + 3)}):
         path.write_bytes(held[:place])
         resumed = ask(settings, stages, path, consent=MOVING, resume=True)
         moved = len([one for one in resumed.executed if one.did == 0x16])

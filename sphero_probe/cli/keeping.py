@@ -27,11 +27,11 @@ from sphero_probe.errors import (
 )
 from sphero_probe.link.guard import Consent
 from sphero_probe.probing.asking import Asked
-from sphero_probe.probing.engine import Earlier
 from sphero_probe.probing.finding import Record
 from sphero_probe.probing.journal import Journal, check_same_robot
 from sphero_probe.probing.journal_lines import Opening, digest_of
 from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.recorder import Earlier
 from sphero_probe.probing.runs_folder import create_journal, find_journal
 from sphero_probe.reports.printable import visible
 from sphero_probe.transports.base import Connection

@@ -2,10 +2,9 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Protocol
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
@@ -19,43 +18,8 @@ from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.line import Line, Reopen
 from sphero_probe.probing.notes import calibration_note, node_name, note_of
 from sphero_probe.probing.plan import Plan, Probe, probes_of
+from sphero_probe.probing.recorder import Earlier, Forgetful, Recorder
 from sphero_probe.probing.rounds import ROUND, Rounds, Settled
-
-
-class Recorder(Protocol):
-    """Who keeps what a run intends and finds, so that nothing answered is lost."""
-
-    def intend(self, asked: Asked) -> None:
-        """Take in that a probe is about to be sent."""
-        ...
-
-    def record(self, record: Record) -> None:
-        """Take in what came to light."""
-        ...
-
-
-class _Forgetful:
-    """Keeps nothing."""
-
-    def intend(self, asked: Asked) -> None:
-        """Forget it."""
-
-    def record(self, record: Record) -> None:
-        """Forget it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Earlier:
-    """What an interrupted run of the same plan on the same robot left behind.
-
-    Attributes:
-        findings: number -> what was settled; it is not asked again.
-        doubtful: number -> class of the probes that went out and were never settled; above ``probe`` they are
-            not sent again, for they may have been executed.
-    """
-
-    findings: Mapping[int, Finding] = field(default_factory=dict)
-    doubtful: Mapping[int, Risk] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -80,7 +44,7 @@ class Run:
     device: str
     target: int | None = None
     stop: asyncio.Event = field(default_factory=asyncio.Event)
-    recorder: Recorder = field(default_factory=_Forgetful)
+    recorder: Recorder = field(default_factory=Forgetful)
     earlier: Earlier = field(default_factory=Earlier)
     reopen: Reopen | None = None
     findings: list[Finding] = field(default_factory=list)

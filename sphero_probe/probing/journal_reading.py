@@ -9,10 +9,10 @@ from typing import Final, NamedTuple
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.link.exchange import Silent
-from sphero_probe.probing.engine import Earlier
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.journal_fields import BadLineError, parse
 from sphero_probe.probing.journal_lines import MAX_LINE, Intent, Opening, decode
+from sphero_probe.probing.recorder import Earlier
 
 MAX_FILE: Final = 1 << 29
 """Bytes of a journal."""
