@@ -115,6 +115,7 @@ def test_listen_shows_a_stream_as_it_comes(cli):
     assert len(packets) == 3
     assert {packet["name"] for packet in packets} == {"async.sensor_streaming_data_notify"}
     assert all("time" in packet for packet in packets)
+    assert all(set(packet["fields"]) == {"accelerometer_y", "accelerometer_z"} for packet in packets)
 
 
 def test_listen_to_v2(cli):

@@ -1,7 +1,5 @@
 """``listen``: a robot's address goes in, what it says unasked comes out as it comes."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import click
@@ -14,6 +12,7 @@ if TYPE_CHECKING:
 
     from sphero_probe.cli.session import Session
     from sphero_probe.link.exchange import Aside
+    from sphero_probe.protocol.packets import Command, Packet
     from sphero_probe.reports.registry import Report
 
 
@@ -63,43 +62,65 @@ def command(
         consent = consent_of(allow, confirm)
         async with open_session(device, consent, **connecting) as session:  # type: ignore[arg-type]
             lines = output if output.chosen or output.file else output._replace(chosen="plain")
-            with lines.report(HEARD) as report, _heard(session, report, count, stop):
+            with lines.report(HEARD) as report:
+                ear = _Ear(session, report, count, stop)
                 for text in commands:
-                    await _send(session, text)
+                    await _send(session, text, ear)
                 await _wait(session, stop, seconds)
 
     run_interruptible(interrupts, work())
 
 
-@contextmanager
-def _heard(session: "Session", report: "Report", count: int | None, stop: "Event") -> Iterator[None]:
-    """Report every aside of the link as it comes, and stop after so many."""
-    from datetime import UTC, datetime
+class _Ear:
+    """Reports every aside of a link as it comes, sensor streams by what was switched on."""
 
-    from sphero_probe.link.exchange import Late
-    from sphero_probe.reports.rows import packet_row
+    def __init__(self, session: "Session", report: "Report", count: int | None, stop: "Event") -> None:
+        from sphero_probe.catalogue.sensors import Masks
 
-    connection, link = session.connection, session.link
-    left = count
+        self._session = session
+        self._report = report
+        self._left = count
+        self._stop = stop
+        self._masks = Masks()
+        session.link.on_aside = self._hear
 
-    def hear(aside: "Aside") -> None:
-        nonlocal left
-        if left == 0:
+    def expect(self, command: "Command") -> None:
+        """Take in that a command is sent, which may switch on a stream."""
+        from sphero_probe.catalogue.sensors import masks_after
+
+        self._masks = masks_after(self._session.connection.generation, self._masks, command)
+
+    def _hear(self, aside: "Aside") -> None:
+        from datetime import UTC, datetime
+
+        from sphero_probe.link.exchange import Late
+        from sphero_probe.reports.rows import packet_row
+
+        if self._left == 0:
             return
+        connection, codec = self._session.connection, self._session.link.codec
         packet = aside.response if isinstance(aside, Late) else aside
-        row = packet_row(packet, connection.generation, link.codec.frame_of(packet), connection.robot)
+        row = packet_row(packet, connection.generation, codec.frame_of(packet), connection.robot)
         time = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-        report.add(row._replace(data={"time": time, **row.data}))
-        if left is not None:
-            left -= 1
-            if left == 0:
-                stop.set()
+        self._report.add(row._replace(data={"time": time, **row.data, **self._stream(packet)}))
+        if self._left is not None:
+            self._left -= 1
+            if self._left == 0:
+                self._stop.set()
 
-    link.on_aside = hear
-    yield
+    def _stream(self, packet: "Packet") -> "dict[str, object]":
+        """The fields and units of a sensor stream, by the masks that were set; nothing for the rest."""
+        from sphero_probe.catalogue.sensors import STREAM_IDS, streaming_fields
+        from sphero_probe.protocol.packets import Notification
+
+        generation = self._session.connection.generation
+        if not isinstance(packet, Notification) or (packet.did, packet.cid) != STREAM_IDS[generation]:
+            return {}
+        decoded = streaming_fields(generation, self._masks, packet.payload)
+        return {"fields": decoded.fields, "units": decoded.units} if decoded.fields else {}
 
 
-async def _send(session: "Session", text: str) -> None:
+async def _send(session: "Session", text: str, ear: _Ear) -> None:
     """Send a command that was given as words.
 
     Raises:
@@ -111,7 +132,9 @@ async def _send(session: "Session", text: str) -> None:
 
     connection, link = session.connection, session.link
     asked = parse_command(tuple(text.split()), connection.generation)
-    finding = await ask_single(link, complete(asked, connection.robot, connection.port, None))
+    command = complete(asked, connection.robot, connection.port, None)
+    ear.expect(command)
+    finding = await ask_single(link, command)
     complain(finding, link.codec)
 
 
