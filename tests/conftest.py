@@ -9,7 +9,7 @@ from hypothesis import settings
 
 from sphero_probe.cli.failures import run
 
-settings.register_profile("suite", deadline=None, max_examples=60)
+settings.register_profile("suite", deadline=None, max_examples=40)
 settings.load_profile("suite")
 
 

@@ -44,8 +44,7 @@ class SweepTable:
         """Write the page."""
         heading = self._held["run"][0] if self._held["run"] else None
         robot = words.robot_of(heading)
-        latest = {data.get("number"): data for data in self._held["finding"]}  # verified ones replace theirs
-        lines = [words.line_of(data, robot) for data in latest.values()]
+        lines = [words.line_of(data, robot) for data in words.latest(self._held["finding"])]
         lines.sort(key=lambda line: line.number)
         places = sorted({line.node for line in lines})
         apart = heading is None or len(places) > 1

@@ -233,6 +233,15 @@ def not_shown(lines: Iterable[Line], times: str) -> str:
     return f"Not shown: {counted}" if counted else ""
 
 
+def latest(findings: Iterable[Data]) -> list[Data]:
+    """Return the last finding of each number: what verifying found replaces what it verified."""
+    last: dict[int | str, Data] = {}
+    for at, data in enumerate(findings):
+        number = data.get("number")
+        last[number if isinstance(number, int) else f"without a number, {at}"] = data
+    return list(last.values())
+
+
 def differences(note: Data) -> list[tuple[str, list[str]]]:
     """Return what a comparison found, a title and ids each."""
     titles = {
@@ -244,9 +253,11 @@ def differences(note: Data) -> list[tuple[str, list[str]]]:
     for key, title in titles.items():
         listed = note.get(key)
         pairs = [
-            (pair["did"], pair["cid"])
+            (did, cid)
             for pair in (listed if isinstance(listed, list) else [])
-            if isinstance(pair, dict) and {"did", "cid"} <= pair.keys()
+            if isinstance(pair, dict)
+            and isinstance(did := pair.get("did"), int)
+            and isinstance(cid := pair.get("cid"), int)
         ]
         if pairs:
             told.append((f"{len(pairs)} {title}", pair_spans(dict.fromkeys(pairs))))
