@@ -13,8 +13,7 @@ from unittest.mock import patch
 import spherov2.toy
 from spherov2.toy import Toy
 
-from sphero_probe.catalogue.gatt import PROFILES
-from sphero_probe.catalogue.robots import V1_WAKE, V1_WAKE_CHARACTERISTIC
+from sphero_probe.catalogue.gatt import PROFILES, V1_WAKE, V1_WAKE_CHARACTERISTIC
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Role
 from sphero_probe.simulator import FakeRobot

@@ -18,9 +18,7 @@ from sphero_probe.catalogue import (
     row_by_name,
     rows_of,
 )
-from sphero_probe.catalogue.model import NO_DEVICE, Kind
-from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.robots import (
+from sphero_probe.catalogue.gatt import (
     V1_ANTI_DOS_CHARACTERISTIC,
     V1_COMMAND_CHARACTERISTIC,
     V1_CONTROL_SERVICE,
@@ -30,6 +28,8 @@ from sphero_probe.catalogue.robots import (
     V1_TX_POWER_CHARACTERISTIC,
     V1_WAKE_CHARACTERISTIC,
 )
+from sphero_probe.catalogue.model import NO_DEVICE, Kind
+from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
 
 V1, V2 = Generation.V1, Generation.V2

@@ -8,7 +8,7 @@ from fake_bluez import FakeBlueZ, Peripheral, sphero_v1
 from test_cli_bluez import probe
 
 from sphero_probe.catalogue import ROBOTS
-from sphero_probe.catalogue.robots import V1_COMMAND_CHARACTERISTIC, V1_HANDSHAKE
+from sphero_probe.catalogue.gatt import V1_COMMAND_CHARACTERISTIC, V1_HANDSHAKE
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 

@@ -32,10 +32,10 @@ from spherov2_adapter import session
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup
 from sphero_probe.catalogue.enums import VALUE_NAMES
 from sphero_probe.catalogue.fields import Field
+from sphero_probe.catalogue.gatt import ANTI_DOS_CHARACTERISTIC, ANTI_DOS_PHRASE, API_CHARACTERISTIC
 from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.robots import ANTI_DOS_CHARACTERISTIC, ANTI_DOS_PHRASE, API_CHARACTERISTIC
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Notification, Request, Response, Role, Verdict
 from sphero_probe.simulator import FakeRobot, parse_settings

@@ -30,14 +30,14 @@ from spherov2_adapter import FakeAdapter, session
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup, notification_row
 from sphero_probe.catalogue.enums import VALUE_NAMES
 from sphero_probe.catalogue.fields import Field
-from sphero_probe.catalogue.model import CommandRow, Kind
-from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.robots import (
+from sphero_probe.catalogue.gatt import (
     V1_COMMAND_CHARACTERISTIC,
     V1_HANDSHAKE,
     V1_RESPONSE_CHARACTERISTIC,
     V1_WAKE_CHARACTERISTIC,
 )
+from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.sensors import Masks, streaming_fields
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (

@@ -4,6 +4,7 @@ from typing import Final, TextIO, TypeVar
 
 from sphero_probe.reports import sweep_words as words
 from sphero_probe.reports.canvas import Canvas, Shape
+from sphero_probe.reports.differences import differences
 from sphero_probe.reports.phrases import remarked, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
@@ -89,7 +90,7 @@ class SweepTable:
         for note in notes:
             self._canvas.skip()
             self._canvas.say("Beside what the robot says of itself, and what is known", "bold")
-            self._named(words.differences(note))
+            self._named(differences(note))
 
     def _withheld(self, lines: list[Line], *, apart: bool) -> None:
         told = words.withheld(lines, self._times, apart=apart)
