@@ -35,6 +35,8 @@ class Connection(NamedTuple):
         address: where it was reached, as ``--device`` takes it.
         port: the port nibble of target addresses on this kind of line (BLE 1, serial 0).
         again: opens a line to the very same robot again; None: open the address anew.
+        services: the services that the robot offers, by UUID; empty where the line knows of none.
+        write_size: bytes that one write carries at most, None where the line sets no limit.
     """
 
     transport: Transport
@@ -44,6 +46,8 @@ class Connection(NamedTuple):
     address: str
     port: int = 1
     again: Callable[[], AbstractAsyncContextManager["Connection"]] | None = None
+    services: tuple[str, ...] = ()
+    write_size: int | None = None
 
 
 class Seen(NamedTuple):

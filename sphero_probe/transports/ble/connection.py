@@ -29,12 +29,16 @@ _SMALLEST_SLICE: Final = 20
 
 
 class BleTransport:
-    """A pipe into one characteristic and out of one; the callback only enqueues."""
+    """A pipe into one characteristic and out of one; the callback only enqueues.
+
+    Attributes:
+        write_size: bytes that one write carries at most: the negotiated MTU less 3.
+    """
 
     def __init__(self, client: BleakClient, commands: BleakGATTCharacteristic) -> None:
         self._client = client
         self._commands = commands
-        self._slice = max(_SMALLEST_SLICE, commands.max_write_without_response_size)
+        self.write_size = max(_SMALLEST_SLICE, commands.max_write_without_response_size)
         self._response = "write-without-response" not in commands.properties
         self._heard: asyncio.Queue[bytes] = asyncio.Queue()
 
@@ -46,9 +50,9 @@ class BleTransport:
         """
         try:
             async with step("write", _WRITE_TIMEOUT):
-                for at in range(0, len(data), self._slice):
+                for at in range(0, len(data), self.write_size):
                     await self._client.write_gatt_char(
-                        self._commands, data[at : at + self._slice], response=self._response
+                        self._commands, data[at : at + self.write_size], response=self._response
                     )
         except SpheroProbeError as error:
             raise LinkLostError(f"the link to the robot is lost ({error})", error.hint) from error
@@ -193,7 +197,9 @@ async def open_connection(rest: str, options: OpenOptions) -> AsyncIterator[Conn
         seen = heard.seen
         robot = seen.robot if seen.robot and seen.robot.generation is profile.generation else None
         yield Connection(
-            transport, profile.generation, robot, seen.name or seen.address, f"ble:{seen.address}"
+            *(transport, profile.generation, robot, seen.name or seen.address, f"ble:{seen.address}"),
+            services=tuple(service.uuid for service in client.services),
+            write_size=transport.write_size,
         )
 
 
