@@ -274,10 +274,10 @@ def test_what_robots_say_unasked_is_decoded(message, payload, fields, units):
     assert decoded == (fields, units, b"", "")
 
 
-@pytest.mark.parametrize("share", range(256))
-def test_a_share_is_what_it_was(share):
+def test_a_share_is_what_it_was():
     layout = notification_row(V1, None, 0x0F, None).response
-    assert layout.encode(layout.decode(bytes([share])).fields) == bytes([share])
+    for share in range(256):
+        assert layout.encode(layout.decode(bytes([share])).fields) == bytes([share])
 
 
 @pytest.mark.parametrize(

@@ -44,6 +44,7 @@ def objects(text: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in text.splitlines()]
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("model", ROBOTS)
 @pytest.mark.parametrize("form", FORMATS)
 def test_each_robot_can_be_swept_in_each_format(cli, model, form):
@@ -258,6 +259,7 @@ def test_the_device_may_stand_in_the_environment(cli, monkeypatch):
     assert "Sphero Mini" in cli("info").out
 
 
+@pytest.mark.unmeasured
 def test_hidden_commands_lead_the_table(cli):
     ran = cli("sweep", "--did", "0x10-0x1a", "--device", "fake:bolt?hidden=8&seed=1", "--format", "table")
     assert "not in any catalogue" in ran.out

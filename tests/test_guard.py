@@ -104,6 +104,7 @@ def may_go(did, cid, payload, robot, *, strict):
     )
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
 @EACH_ROBOT
 def test_what_is_sent_of_the_whole_catalogue_by_default(robot, strict):
@@ -116,6 +117,7 @@ def test_what_is_sent_of_the_whole_catalogue_by_default(robot, strict):
             )
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
 def test_what_is_sent_of_all_unknown_commands_by_default(strict):
     gate = guard(strict=strict)

@@ -410,6 +410,7 @@ def test_a_plan_built_in_memory_names_itself():
         probes_of(plan_of([3]), [3], ())
 
 
+@pytest.mark.unmeasured
 def test_the_largest_stage():
     stage = list(sweep(range(256), range(256))) * 4
     assert len(stage) == MAX_PROBES

@@ -25,6 +25,7 @@ def test_the_promised_plans_are_there():
     ]
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("name", PLANS)
 def test_it_runs_and_executes_reads_only(cli, name, tmp_path):
     second = tuple(key for key, robot in ROBOTS.items() if robot.generation is Generation.V2)

@@ -39,6 +39,7 @@ def test_hostile_text_is_harmless(form, color, unicode):
         shown.encode("utf-8")
 
 
+@pytest.mark.unmeasured
 @given(st.text(st.characters(), max_size=30), st.sampled_from(sorted(FORMATS)), st.booleans(), st.booleans())
 def test_no_text_gets_anything_invisible_out(text, form, color, unicode):
     for view, rows in hostile_rows(text).values():

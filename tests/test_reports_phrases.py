@@ -117,6 +117,7 @@ def test_robots():
     assert phrases.robots({"bolt": [1, 2], "mini": [1], "bb9e": []}) == "bolt:1,2 mini:1 bb9e"
 
 
+@pytest.mark.unmeasured
 @given(
     st.lists(
         st.tuples(

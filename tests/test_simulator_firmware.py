@@ -108,6 +108,7 @@ def _is_dangerous_and_variable(command):
     )
 
 
+@pytest.mark.unmeasured
 def test_a_hidden_command_that_a_probe_would_execute_reads_or_has_dangerous_neighbours():
     """So few of them that it takes many robots to see one."""
     risks = set()

@@ -4,6 +4,7 @@ import struct
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tables import rows
 
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup
 from sphero_probe.catalogue.model import AnswerStyle, Kind
@@ -125,7 +126,7 @@ def test_deep_sleep_is_for_good(model):
     assert robot.asleep
 
 
-@pytest.mark.parametrize(("model", "row", "node"), READS)
+@rows(READS)
 def test_every_documented_read_answers_and_decodes(model, row, node):
     robot = FakeRobot(Settings(model, seed=5))
     response = _ask(robot, row.did, row.cid, _sample(row), node=node if model.addressed else None)
@@ -136,6 +137,7 @@ def test_every_documented_read_answers_and_decodes(model, row, node):
         assert decoded.rest == b""
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("seed", range(20))
 def test_readings_and_what_follows_decode_with_any_seed(model, seed):
@@ -208,6 +210,7 @@ def test_what_does_not_exist(model):
     assert (_code(robot, 0x10, 0x00, node=2) == 9) == (2 not in model.nodes)
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("model", MODELS)
 def test_wrong_lengths(model):
     """What a layout cannot take is refused; what it can take is not asked here, it would be run."""

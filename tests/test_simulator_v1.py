@@ -5,6 +5,7 @@ import struct
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tables import rows
 
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup, notification_row
 from sphero_probe.catalogue.leds import led_commands
@@ -147,7 +148,7 @@ def test_who_gets_an_answer(command, flags, codes, executed):
     assert len(ledger) == executed
 
 
-@pytest.mark.parametrize(("model", "row"), READS)
+@rows(READS)
 def test_every_documented_read_answers_and_decodes(model, row):
     robot = FakeRobot(Settings(model, seed=5))
     response = _ask(robot, row.did, row.cid, _sample(row))
@@ -157,6 +158,7 @@ def test_every_documented_read_answers_and_decodes(model, row):
         assert (decoded.problem, decoded.rest) == ("", b"")
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("seed", range(10))
 def test_readings_and_what_follows_decode_with_any_seed(model, seed):

@@ -28,6 +28,7 @@ from spherov2.toy.r2d2 import R2D2
 from spherov2.toy.rvr import RVR
 from spherov2.utils import ToyUtil
 from spherov2_adapter import session
+from tables import rows
 
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup
 from sphero_probe.catalogue.enums import VALUE_NAMES
@@ -197,6 +198,12 @@ def _arguments(key: str, method: str) -> Iterator[dict[str, object]]:
         yield from ({**arguments, "proc": node} for arguments in sets for node in nodes)
 
 
+@cache
+def _unheard(key: str) -> FakeRobot:
+    """A robot to belong to, for those who never send."""
+    return FakeRobot(parse_settings(key))
+
+
 def _offline(key: str, packets: list[TheirPacket], ahead: int = 0) -> Toy:
     """One of spherov2's robots that keeps what it would send; its sequence numbers start at ``ahead``."""
 
@@ -204,7 +211,7 @@ def _offline(key: str, packets: list[TheirPacket], ahead: int = 0) -> Toy:
         packets.append(packet)
         raise _Sent
 
-    toy = TOYS[key](FakeRobot(parse_settings(key)), None)
+    toy = TOYS[key](_unheard(key), None)
     toy._execute = catch
     for _ in range(ahead):
         toy._packet_manager.new_packet(0, 0)
@@ -253,7 +260,7 @@ def test_what_spherov2_cannot_build_it_still_cannot(key, method):
     assert not packets
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
     builds = _builds(key, method)
     packets = V2.decoder(Role.ROBOT).feed(b"".join(build.frame for build in builds))
@@ -336,7 +343,7 @@ REFUSED = {
 """Commands that the fake robot has and never runs."""
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
     for build in _builds(key, method):
         row = _row(key, build)
@@ -349,7 +356,7 @@ def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
         assert row.request.accepts(len(build.packet.data))
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_layouts_give_back_the_arguments(key, method):
     for build in _builds(key, method):
         layout = _row(key, build).request
@@ -361,7 +368,8 @@ def test_layouts_give_back_the_arguments(key, method):
             assert _same(by_name[name], ours, theirs), f"{parameter}={theirs!r} reads {name}={ours!r}"
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@pytest.mark.unmeasured
+@rows(EVERY_COMMAND)
 def test_the_fake_robot_takes_the_commands_of_spherov2(key, method):
     served = 0
     for build in _builds(key, method):
@@ -426,14 +434,14 @@ def test_every_listener_of_a_class_is_found(key, number, deaf):
     assert refused == deaf == {one.pair for one in listeners.values() if one.hand_over is None}
 
 
-@pytest.mark.parametrize(("key", "name"), EVERY_LISTENER)
+@rows(EVERY_LISTENER)
 def test_the_catalogue_knows_the_notifications_of_spherov2(key, name):
     row = lookup(Generation.V2, *_listeners(key)[name].pair, ROBOTS[key])
     assert row.kind is Kind.NOTIFICATION
     assert key in row.nodes
 
 
-@pytest.mark.parametrize(("key", "name"), EVERY_LISTENER)
+@rows(EVERY_LISTENER)
 def test_spherov2_reads_our_notifications_as_we_do(key, name):
     (did, cid), hand_over = _listeners(key)[name]
     row = lookup(Generation.V2, did, cid, ROBOTS[key])
@@ -655,7 +663,8 @@ def test_every_read_is_found():
     assert Counter(param.values[0] for param in READS) == READS_OF
 
 
-@pytest.mark.parametrize(("key", "method"), READS)
+@pytest.mark.unmeasured
+@rows(READS)
 def test_spherov2_reads_what_we_read(key, method):
     builds = [build for build in _builds(key, method) if _is_served(key, build)]
     with session(TOYS[key], _fake(key, ran := [])) as (toy, _):
@@ -765,6 +774,7 @@ def _say(robot: FakeRobot, conversation: Iterable[tuple[Command, int]]) -> list[
     return chunks
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize(
     "settings", [{}, {"split": 1}, {"split": 7, "latency": "15ms"}], ids=["whole", "1", "7"]
 )

@@ -26,6 +26,7 @@ from spherov2.toy.sphero import Sphero
 from spherov2.toy.sprk2 import Sprk2
 from spherov2.utils import ToyUtil
 from spherov2_adapter import FakeAdapter, session
+from tables import rows
 
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup, notification_row
 from sphero_probe.catalogue.enums import VALUE_NAMES
@@ -226,7 +227,7 @@ def test_every_command_of_spherov2_is_in_some_class():
     assert sum(len(_builds(*param.values)) for param in EVERY_COMMAND) >= 421
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
     builds = _builds(key, method)
     packets = V1.decoder(Role.ROBOT).feed(b"".join(build.frame for build in builds))
@@ -245,7 +246,7 @@ def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
     assert [V1.frame_of(packet) for packet in packets] == [build.frame for build in builds]
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_the_node_makes_no_difference_to_a_v1_command(key, method):
     packets: list[TheirPacket.Request] = []
     toy = _offline(key, packets)
@@ -294,7 +295,7 @@ BITS = {
 PERSISTENT_BITS = dict(zip(Options._fields, (0, 1, 2, 3, 4, 8, 10), strict=True))
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
     for build in _builds(key, method):
         row = _row(key, build)
@@ -331,9 +332,7 @@ def _same(field: Field, ours: object, theirs: object) -> bool:
     return (round(ours * field.scale) - theirs) % (1 << bits) == 0  # spherov2 has no negative numbers
 
 
-@pytest.mark.parametrize(
-    ("key", "method"), [param for param in EVERY_COMMAND if param.values[1] not in LAYOUT_UNKNOWN]
-)
+@rows([param for param in EVERY_COMMAND if param.values[1] not in LAYOUT_UNKNOWN])
 def test_layouts_give_back_the_arguments(key, method):
     for build in _builds(key, method):
         layout = _row(key, build).request
@@ -345,9 +344,7 @@ def test_layouts_give_back_the_arguments(key, method):
             assert _same(field, ours, theirs), f"{field.name} reads {ours!r}, spherov2 was given {theirs!r}"
 
 
-@pytest.mark.parametrize(
-    ("key", "method"), [param for param in EVERY_COMMAND if param.values[1] not in BITS | LAYOUT_UNKNOWN]
-)
+@rows([param for param in EVERY_COMMAND if param.values[1] not in BITS | LAYOUT_UNKNOWN])
 def test_what_both_call_alike_lies_in_the_same_place(key, method):
     build = _builds(key, method)[0]
     fields = [field.name for field in _row(key, build).request.fields]
@@ -359,7 +356,7 @@ def test_what_both_call_alike_lies_in_the_same_place(key, method):
     assert crossed == NAMED_OTHERWISE.get(method, {})
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_COMMAND)
+@rows(EVERY_COMMAND)
 def test_the_fake_robot_takes_the_commands_of_spherov2(key, method):
     for build in _builds(key, method):
         robot = _fake(key, ran := [])
@@ -402,7 +399,7 @@ def test_every_listener_of_a_class_is_found(key):
     assert len(_listeners(key)) == 6
 
 
-@pytest.mark.parametrize(("key", "name"), EVERY_LISTENER)
+@rows(EVERY_LISTENER)
 def test_spherov2_reads_our_notifications_as_we_do(key, name):
     number, hand_over = _listeners(key)[name]
     row = notification_row(Generation.V1, None, number, ROBOTS[key])
@@ -712,7 +709,7 @@ def test_every_read_is_found():
     assert len(EVERY_READ) == 26
 
 
-@pytest.mark.parametrize(("key", "method"), EVERY_READ)
+@rows(EVERY_READ)
 def test_spherov2_reads_what_we_read(key, method):
     (build,) = _builds(key, method)
     with session(TOYS[key], _fake(key, ran := [])) as (toy, _):

@@ -13,7 +13,8 @@ from typing import Final, Self
 from sphero_probe.errors import BadInputFileError, OutputError
 from sphero_probe.probing.asking import Asked
 from sphero_probe.probing.finding import Finding, Heading, Record
-from sphero_probe.probing.journal_lines import Entry, Intent, Opening, encode
+from sphero_probe.probing.journal_encoding import encode, encode_finding, encode_intent
+from sphero_probe.probing.journal_lines import Opening
 from sphero_probe.probing.journal_reading import FLAGS, Recorded, read_descriptor, why
 
 _APPEND: Final = os.O_APPEND | FLAGS
@@ -103,7 +104,7 @@ class Journal:
         Raises:
             OutputError: it cannot be written.
         """
-        self._write(opening)
+        self._write(encode(opening))
         self.resumable = True
 
     def intend(self, asked: Asked) -> None:
@@ -112,7 +113,7 @@ class Journal:
         Raises:
             OutputError: it cannot be written; the probe must not be sent then.
         """
-        self._write(Intent(asked.number, asked.command, asked.risk))
+        self._write(encode_intent(asked.number, asked.command, asked.risk))
 
     def record(self, record: Record) -> None:
         """Write what came to light, unless it stands here already.
@@ -121,17 +122,19 @@ class Journal:
             OutputError: it cannot be written.
             BadInputFileError: the heading tells that this is not the robot of the run so far.
         """
-        if isinstance(record, Heading) and self.recorded:
-            for heading in self.recorded.headings:
-                check_same_robot(heading, record, self.path)
-        if isinstance(record, Finding) and self._settled.get(record.number) is record:
+        if isinstance(record, Finding):
+            if self._settled.get(record.number) is not record:
+                self._write(encode_finding(record))
             return
-        self._write(record)
+        earlier = self.recorded.headings if self.recorded else ()
+        if isinstance(record, Heading):
+            for heading in earlier:
+                check_same_robot(heading, record, self.path)
+        self._write(encode(record, resumed=bool(earlier)))
 
-    def _write(self, entry: Entry) -> None:
+    def _write(self, line: bytes) -> None:
         if self._failed:
             raise self._failed
-        line = encode(entry, resumed=bool(self.recorded and self.recorded.headings))
         try:
             written = os.write(self._descriptor, line)
         except OSError as error:

@@ -1,14 +1,12 @@
-"""One line of a journal: what a run says of itself goes in as JSON text, and checked values come back out.
+"""One line of a journal: the object that it holds goes in, checked values come out.
 
 A journal may come from a stranger. Every field is held to its type and range, nothing in a line is imported,
 looked up as a file or run.
 """
 
 import hashlib
-import json
-import math
 from collections.abc import Collection
-from typing import Final, NamedTuple, assert_never
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.catalogue.risk import Risk
@@ -23,8 +21,10 @@ from sphero_probe.protocol.packets import Command, Generation, Response, Role
 SCHEMA_VERSION: Final = 1
 MAX_LINE: Final = 1 << 20
 """Bytes of one line, its end included."""
-_TEXT: Final = 1 << 16
-_WORD: Final = 512
+MAX_TEXT: Final = 1 << 16
+"""Characters of what people read."""
+MAX_WORD: Final = 512
+"""Characters of a name."""
 _NUMBERS: Final = 1 << 31
 
 
@@ -94,96 +94,6 @@ def digest_of(plan: Plan) -> str:
     return made.hexdigest()
 
 
-def encode(entry: Entry, *, resumed: bool = False) -> bytes:
-    """Return an entry as one line of ASCII, its end included.
-
-    Args:
-        entry: what to write.
-        resumed: for a heading: the run goes on where an earlier one ended.
-    """
-    line = _dumped(_data_of(entry, resumed=resumed))
-    if len(line) > MAX_LINE and isinstance(entry, Note):
-        line = _dumped(_data_of(Note(entry.kind, entry.text[:_WORD], {}), resumed=False))
-    return line
-
-
-def _dumped(data: dict[str, object]) -> bytes:
-    return (json.dumps(data, separators=(",", ":"), allow_nan=False) + "\n").encode("ascii")
-
-
-def _data_of(entry: Entry, *, resumed: bool) -> dict[str, object]:
-    """What ``decode`` reads again."""
-    match entry:
-        case Opening():
-            held = entry._replace(plan=entry.plan[:_WORD])
-            return {"type": "journal", "schema_version": SCHEMA_VERSION} | held._asdict()
-        case Heading():
-            return {"type": "run", "resumed": resumed} | entry._replace(plan=entry.plan[:_WORD])._asdict()
-        case Intent(number=number, command=command, risk=risk):
-            return {"type": "intent", "number": number, **_command_data(command), "risk": risk.word}
-        case Finding():
-            return _finding_data(entry)
-        case Note(kind=kind, text=text, data=data):
-            text = text[:_TEXT]
-            return {"type": "note", "kind": kind, "text": text, "data": _writable(data)}
-        case Summary():
-            ending: dict[str, object] = {"type": "summary"}
-            return ending | entry._asdict()
-    assert_never(entry)
-
-
-def _command_data(command: Command) -> dict[str, object]:
-    return {
-        "target": command.target,
-        "did": command.did,
-        "cid": command.cid,
-        "payload": command.payload.hex(),
-    }
-
-
-def _finding_data(finding: Finding) -> dict[str, object]:
-    data: dict[str, object] = {
-        "type": "finding",
-        "number": finding.number,
-        **_command_data(finding.command),
-        "outcome": finding.outcome,
-        "confidence": finding.confidence,
-        "risk": finding.risk.word,
-        "attempts": finding.attempts,
-        "note": finding.note,
-    }
-    match finding.exchange:
-        case Answered(seq=seq, sent=sent, received=received, rtt=rtt):
-            ended: dict[str, object] = {
-                "seq": seq,
-                "sent": sent.hex(),
-                "received": received.hex(),
-                "seconds": rtt,
-            }
-            return data | {"exchange": "answered"} | ended
-        case Silent(seq=seq, sent=sent, waited=waited):
-            ended = {"seq": seq, "sent": sent.hex(), "seconds": waited}
-            return data | {"exchange": "silent"} | ended
-        case Refused(reason=reason):
-            ended = {"reason": reason}
-            return data | {"exchange": "refused"} | ended
-        case _:
-            assert_never(finding.exchange)
-
-
-def _writable(value: object) -> object:
-    """Numbers that JSON cannot hold, as a decoded float may be one, become texts."""
-    match value:
-        case float():
-            return value if math.isfinite(value) else str(value)
-        case dict():
-            return {str(key): _writable(held) for key, held in value.items()}
-        case list() | tuple():
-            return [_writable(held) for held in value]
-        case _:
-            return value
-
-
 def decode(data: dict[str, object], opening: Opening | None) -> Entry:
     """Return the entry that a line's object stands for.
 
@@ -208,7 +118,7 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
         case "finding":
             return _finding(fields, opening)
         case "note":
-            return Note(fields.text("kind", _WORD), fields.text("text", _TEXT), fields.details("data"))
+            return Note(fields.text("kind", MAX_WORD), fields.text("text", MAX_TEXT), fields.details("data"))
         case "summary":
             return _summary(fields)
         case _:
@@ -219,15 +129,15 @@ def _opening(fields: Fields) -> Opening:
     if fields.whole("schema_version", 0, _NUMBERS) != SCHEMA_VERSION:
         raise BadLineError(f"a journal of another version; this tool reads {SCHEMA_VERSION}")
     return Opening(
-        fields.text("command", _WORD),
-        fields.text("plan", _WORD),
-        fields.text("digest", _WORD),
+        fields.text("command", MAX_WORD),
+        fields.text("plan", MAX_WORD),
+        fields.text("digest", MAX_WORD),
         fields.texts("options"),
-        fields.text("target", _WORD),
-        fields.text("address", _TEXT),
+        fields.text("target", MAX_WORD),
+        fields.text("address", MAX_TEXT),
         fields.one_of("generation", {word.value: word for word in Generation}),
         fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
-        fields.text("device", _TEXT),
+        fields.text("device", MAX_TEXT),
         fields.risks("consent"),
     )
 
@@ -236,14 +146,14 @@ def _heading(fields: Fields) -> Heading:
     fields.flag("resumed")
     return Heading(
         fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
-        fields.text("model", _WORD),
-        fields.text("device", _TEXT),
+        fields.text("model", MAX_WORD),
+        fields.text("device", MAX_TEXT),
         fields.texts("firmware"),
-        fields.text("plan", _WORD),
-        fields.text("tool_version", _WORD),
+        fields.text("plan", MAX_WORD),
+        fields.text("tool_version", MAX_WORD),
         fields.risks("consent"),
         fields.texts("strictness"),
-        fields.text("started", _WORD),
+        fields.text("started", MAX_WORD),
     )
 
 
@@ -267,14 +177,14 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
         lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         fields.whole("attempts", 0, _NUMBERS),
-        fields.text("note", _TEXT),
+        fields.text("note", MAX_TEXT),
     )
 
 
 def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:
     kind = fields.one_of("exchange", {word: word for word in ("answered", "silent", "refused")})
     if kind == "refused":
-        return Refused(command, risk, fields.text("reason", _TEXT))
+        return Refused(command, risk, fields.text("reason", MAX_TEXT))
     seq, sent, seconds = fields.byte("seq"), fields.raw("sent"), fields.seconds("seconds")
     if kind == "silent":
         return Silent(command, seq, sent, seconds)
