@@ -6,6 +6,7 @@
     ├── UsageError              2    the command line makes no sense
     ├── RobotNotFoundError      3    no such robot, or several
     ├── ConnectionFailedError   4    could not connect
+    │   ├── NoAnswerError       4    connected, but nothing is answered
     │   └── LinkLostError       4    connected once, not any more
     ├── IncompleteError         5    part of what was asked is missing
     ├── RefusedByPolicyError    6    consent is missing
@@ -49,6 +50,10 @@ class ConnectionFailedError(SpheroProbeError):
     """The robot was seen but could not be talked to."""
 
     exit_code = 4
+
+
+class NoAnswerError(ConnectionFailedError):
+    """The connection stands, but the robot answers nothing at all."""
 
 
 class LinkLostError(ConnectionFailedError):

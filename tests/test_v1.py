@@ -14,7 +14,7 @@ from reference_decoder_v1 import ASYNC, COMMAND, RESPONSE, frames_in
 from sphero_probe.catalogue.layout import Layout
 from sphero_probe.link.exchange import Answered, Late, Silent
 from sphero_probe.link.tracker import QUIET, Tracker
-from sphero_probe.protocol import CODECS, v1_frames
+from sphero_probe.protocol import CODECS, v1, v1_frames
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
@@ -654,6 +654,7 @@ def cut_streams(draw):
 def short_frames_only():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(v1_frames, "MAX_FRAME", SMALL)
+        patch.setattr(v1, "_LONGEST", SMALL - 5)
         yield
 
 

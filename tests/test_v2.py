@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from reference_decoder import Frame, frames_in
 
-from sphero_probe.protocol import CODECS, v2_frames
+from sphero_probe.protocol import CODECS, v2_decoder, v2_frames
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
@@ -793,6 +793,10 @@ def cut_streams(draw):
 def holding_back_little():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(v2_frames, "MAX_FRAME", SMALL)
+        patch.setattr(v2_decoder, "MAX_FRAME", SMALL)
+        patch.setattr(v2_decoder, "ADLER_EXACT", SMALL // 2)  # escaped in full that is SMALL
+        for shape in v2_decoder._SHAPES.values():
+            shape.clear()
         yield
 
 

@@ -90,13 +90,12 @@ def start_run(
     stop = Event()
     interrupts.stop_politely(stop)
     address = node(target, connection.robot, connection.port)
-    if keeper is None:
-        return Run(plan, session.link, connection.name, address, stop, reopen=session.reopen)
+    keeping = {"recorder": keeper, "earlier": keeper.earlier} if keeper else {}
     return Run(
         *(plan, session.link, connection.name, address, stop),
-        recorder=keeper,
-        earlier=keeper.earlier,
         reopen=session.reopen,
+        on_step=session.tell,
+        **keeping,  # type: ignore[arg-type]
     )
 
 

@@ -8,15 +8,18 @@ from time import monotonic
 import click
 
 from sphero_probe.catalogue import robot_by_prefix
+from sphero_probe.catalogue.gatt_services import list_services
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import LinkLostError
+from sphero_probe.errors import LinkLostError, NoAnswerError
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.link.link import Link
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation
+from sphero_probe.reports.printable import visible
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
+from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
 
 
 @dataclass(slots=True)
@@ -27,11 +30,13 @@ class Session:
         connection: what is known about the other end.
         link: the conversation; another one after ``reopen``.
         reopen: opens a dropped line to the same robot again.
+        tell: shows the name of a step as it begins, if that is wanted.
     """
 
     connection: Connection
     link: Link
     reopen: Callable[[], Awaitable[Link]]
+    tell: Callable[[str], None]
 
 
 def consent_of(allow: Iterable[str], confirm: str = "", *also: Risk) -> Consent:
@@ -59,16 +64,14 @@ def model_behind(address: DeviceAddress) -> Robot | None:
         from sphero_probe.simulator import parse_settings
 
         return parse_settings(address.rest).model
-    if address.scheme in ("serial", "rfcomm"):
-        from sphero_probe.transports.serial import USUAL, parse_port
-
+    if address.scheme in USUAL:
         return parse_port(address.rest, USUAL[address.scheme]).robot
     return robot_by_prefix(address.rest)
 
 
 def port_behind(address: DeviceAddress) -> int:
     """Return the port nibble of target addresses on the kind of line that an address names."""
-    return 0 if address.scheme == "serial" else 1
+    return PORT if address.scheme in USUAL else 1
 
 
 def generation_behind(address: DeviceAddress) -> Generation:
@@ -89,7 +92,7 @@ async def open_session(
     adapter: str = "",
     connect_timeout: float = 10.0,
     verbose: bool = False,
-    timeout: float = 1.0,
+    timeout: float | None = None,
 ) -> AsyncIterator[Session]:
     """Connect and start listening; everything is closed on leaving.
 
@@ -100,7 +103,7 @@ async def open_session(
 
     def tell(step: str) -> None:
         if verbose:
-            click.echo(f"{monotonic() - began:7.3f} s  {step}", err=True)
+            click.echo(f"{monotonic() - began:7.3f} s  {visible(step)}", err=True)
 
     options = OpenOptions(connect_timeout, adapter, tell)
     async with AsyncExitStack() as origin, AsyncExitStack() as line:
@@ -127,5 +130,11 @@ async def open_session(
             session.link = await start_link(at)
             return session.link
 
-        session = Session(connection, await start_link(connection), reopen)
-        yield session
+        session = Session(connection, await start_link(connection), reopen, tell)
+        try:
+            yield session
+        except NoAnswerError as error:
+            if not connection.services:
+                raise
+            has = list_services(connection.services)
+            raise NoAnswerError(f"{error}; it has: {has}", error.hint) from error

@@ -1,4 +1,4 @@
-"""A conversation on the event loop: commands in, exchanges out, one reader, one watcher, a window."""
+"""A conversation on the event loop: commands in, exchanges out, one reader, one watcher, a pace per node."""
 
 import asyncio
 from collections import deque
@@ -9,20 +9,25 @@ from typing import Any, Final, NamedTuple, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
-from sphero_probe.link.exchange import Answered, Aside, Exchange, Refused, Silent
+from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Refused, Silent
 from sphero_probe.link.guard import Guard
+from sphero_probe.link.pacing import FIRST_TIMEOUT, WIDEST, Pace
 from sphero_probe.link.tracker import Tracker
 from sphero_probe.protocol.codec import Codec
-from sphero_probe.protocol.packets import Command
+from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.transports.base import Transport
 
-WINDOW: Final = 4
-"""Commands in flight at most: what every robot's queue is known to bear."""
-TIMEOUT: Final = 1.0
-"""Seconds until a command counts as silent, unless the caller says otherwise."""
-
-
 _TICK: Final = 1e-6
+_CLOSED: Final = "try again, nearer to the robot; one that falls asleep drops the link"
+
+
+class _Wish(NamedTuple):
+    """What somebody wants asked, and how."""
+
+    command: Command
+    timeout: float | None
+    alone: bool
+    expected: bool
 
 
 class _Claim(NamedTuple):
@@ -30,19 +35,16 @@ class _Claim(NamedTuple):
 
     seq: int
     frame: bytes
+    wish: _Wish
     answer: "asyncio.Future[Exchange]"
 
-
-class _Waiter(NamedTuple):
-    """Who waits in line for a place."""
-
-    command: Command
-    timeout: float
-    alone: bool
-    turn: "asyncio.Future[_Claim]"
+    @property
+    def is_paced(self) -> bool:
+        """Whether nobody named a timeout for it."""
+        return self.wish.timeout is None
 
 
-def _ignore(_: Aside) -> None:
+def _ignore(*_: object) -> None:
     pass
 
 
@@ -52,7 +54,8 @@ class Link:
     Attributes:
         guard: the gate that every command passes.
         frames_sent: how many command frames went out.
-        window: commands in flight at most.
+        answers: how many responses came, late ones included.
+        limit: commands in flight to a node at most, whatever its pace allows.
     """
 
     def __init__(
@@ -61,23 +64,35 @@ class Link:
         codec: Codec,
         guard: Guard,
         *,
-        timeout: float = TIMEOUT,
-        window: int = WINDOW,
+        timeout: float | None = None,
+        window: int | None = None,
         on_aside: Callable[[Aside], None] = _ignore,
     ) -> None:
+        """Take the two ends of the line and the gate.
+
+        Args:
+            transport: to the robot.
+            codec: how it speaks.
+            guard: what may be sent.
+            timeout: seconds until a command counts as silent; None measures it, node by node.
+            window: commands in flight; None finds out, node by node, how many are borne.
+            on_aside: told of what answers no waiting command.
+        """
         self.guard = guard
         self.codec = codec
-        self.frames_sent = 0
+        self.frames_sent = self.answers = 0
         self.on_aside = on_aside
-        self.window = window
+        self.limit = window or WIDEST
         self._transport = transport
         self._tracker = Tracker(codec)
         self._timeout = timeout
-        self._queue: deque[_Waiter] = deque()
+        self._window = window
+        self._paces: dict[int | None, Pace] = {}
+        self._queue: deque[tuple[_Wish, asyncio.Future[_Claim]]] = deque()
         self._in_flight = 0
         self._someone_alone = False
-        self._answers: dict[int, asyncio.Future[Exchange]] = {}
-        self._lost: LinkLostError | None = None
+        self._claims: dict[int, _Claim] = {}
+        self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
         self._watcher: asyncio.TimerHandle | None = None
 
@@ -107,19 +122,37 @@ class Link:
             await asyncio.wait([self._reader])
         raise self._lost or LinkLostError("the link was closed")
 
+    def pace(self, target: int | None) -> Pace:
+        """Return the pace of the node at an address."""
+        pace = self._paces.get(target)
+        if pace is None:
+            pace = self._paces[target] = Pace(self._timeout, self._window)
+        return pace
+
+    def room(self, target: int | None) -> int:
+        """Return how many more commands would go out to a node at once, were they asked now."""
+        if self._queue or self._someone_alone:
+            return 0
+        pace = self.pace(target)
+        return max(0, min(self.limit, pace.window) - pace.in_flight)
+
     async def ask(
         self,
         command: Command,
         *,
         timeout: float | None = None,
         alone: bool = False,
+        expected: bool = False,
+        before_sending: Callable[[], None] = _ignore,
     ) -> Exchange:
         """Ask one command and wait for how that ends.
 
         Args:
             command: what to ask.
-            timeout: seconds until it counts as silent.
+            timeout: seconds until it counts as silent, None for the node's pace.
             alone: with nothing else in flight; always so above the ``probe`` class.
+            expected: an answer is sure to come, so that silence means that too much was asked at a time.
+            before_sending: called when it is about to go out; what it raises keeps it from doing so.
 
         Returns:
             ``Refused`` when the guard does not let it out, else ``Answered`` or ``Silent``.
@@ -130,9 +163,13 @@ class Link:
         """
         if reason := self.guard.why_not(command):
             return Refused(command, self.guard.assess(command).risk, reason)
-        alone = alone or self.guard.assess(command).risk > Risk.PROBE
-        claim = await self._wait_in_line(command, timeout or self._timeout, alone=alone)
+        timeout = timeout or self._timeout
+        if self.guard.assess(command).risk > Risk.PROBE:
+            alone = True
+            timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
+        claim = await self._wait_in_line(_Wish(command, timeout, alone, expected))
         try:
+            before_sending()
             self.frames_sent += 1
             await self._transport.write(claim.frame)
             return await claim.answer
@@ -142,18 +179,18 @@ class Link:
         finally:
             self._leave(claim)
 
-    async def _wait_in_line(self, command: Command, timeout: float, *, alone: bool) -> _Claim:
+    async def _wait_in_line(self, wish: _Wish) -> _Claim:
         """Wait for a place in the window, in the order of asking, and claim a sequence number."""
         if self._lost:
             raise self._lost
-        waiter = _Waiter(command, timeout, alone, asyncio.get_running_loop().create_future())
-        self._queue.append(waiter)
+        turn: asyncio.Future[_Claim] = asyncio.get_running_loop().create_future()
+        self._queue.append((wish, turn))
         self._admit()
         try:
-            return await waiter.turn
+            return await turn
         except asyncio.CancelledError:
-            if waiter.turn.done() and not waiter.turn.cancelled() and not waiter.turn.exception():
-                self._leave(waiter.turn.result())
+            if turn.done() and not turn.cancelled() and not turn.exception():
+                self._leave(turn.result())
             self._admit()  # he may have held up those behind him
             raise
 
@@ -162,45 +199,57 @@ class Link:
         loop = asyncio.get_running_loop()
         now = loop.time()  # one moment for the whole look: what is not due by it gets a timer
         while self._queue:
-            command, timeout, alone, turn = self._queue[0]
+            wish, turn = self._queue[0]
             if turn.done():
                 self._queue.popleft()
                 continue
-            limit = 1 if alone else self.window
-            if self._someone_alone or self._in_flight >= limit or self._tracker.free_at(now) > now:
+            if not self._may_go(wish) or self._tracker.free_at(wish.command, now) > now:
                 break
             self._queue.popleft()
+            pace = self.pace(wish.command.target)
+            timeout = pace.timeout if wish.timeout is None else wish.timeout
             try:
-                seq, frame = self._tracker.ask(command, now=now, timeout=timeout)
+                seq, frame = self._tracker.ask(wish.command, now=now, timeout=timeout)
             except ValueError as error:
                 turn.set_exception(error)
                 continue
             self._in_flight += 1
-            self._someone_alone = alone
-            self._answers[seq] = loop.create_future()
-            turn.set_result(_Claim(seq, frame, self._answers[seq]))
+            self._someone_alone = wish.alone
+            pace.sent(seq, now=now)
+            self._claims[seq] = _Claim(seq, frame, wish, loop.create_future())
+            turn.set_result(self._claims[seq])
         self._watch(now)
+
+    def _may_go(self, wish: _Wish) -> bool:
+        if wish.alone:
+            return self._in_flight == 0
+        pace = self.pace(wish.command.target)
+        return not self._someone_alone and pace.in_flight < min(self.limit, pace.window)
 
     def _leave(self, claim: _Claim) -> None:
         """Give the place back; an answer that still comes is nobody's."""
-        self._answers.pop(claim.seq, None)
+        if self._claims.get(claim.seq) is claim:
+            del self._claims[claim.seq]
+            self.pace(claim.wish.command.target).forget(claim.seq)
         if not claim.answer.cancel() and not claim.answer.cancelled():
             claim.answer.exception()  # seen: it may have come while the write was stuck
         self._in_flight -= 1
-        self._someone_alone = False
+        if claim.wish.alone:
+            self._someone_alone = False
         self._admit()
 
     async def _read(self) -> None:
         loop = asyncio.get_running_loop()
         try:
             while data := await self._transport.read():
-                for event in self._tracker.hear(data, now=loop.time()):
-                    self._deliver(event)
+                now = loop.time()
+                for event in self._tracker.hear(data, now=now):
+                    self._deliver(event, now)
                 self._admit()
-        except LinkLostError as error:
+        except Exception as error:  # noqa: BLE001 - raised again wherever somebody waits
             self._lose(error)
         else:
-            self._lose(LinkLostError("the robot closed the connection"))
+            self._lose(LinkLostError("the robot closed the connection", _CLOSED))
 
     def _watch(self, now: float) -> None:
         """Set the one timer to what comes next: a deadline, or a rested number that somebody waits for."""
@@ -209,31 +258,48 @@ class Link:
             self._watcher = None
         loop = asyncio.get_running_loop()
         moments = [self._tracker.next_deadline()]
-        if self._queue and (rested := self._tracker.free_at(now)) > now:
+        if self._queue and (rested := self._tracker.free_at(self._queue[0][0].command, now)) > now:
             moments.append(rested)
         due = min((moment for moment in moments if moment is not None), default=inf)
         if due < inf and not self._lost:
             self._watcher = loop.call_at(max(due, loop.time() + _TICK), self._on_time)
 
     def _on_time(self) -> None:
-        now = asyncio.get_running_loop().time() + _TICK  # a timer may fire a hair early
-        for event in self._tracker.expire(now=now):
-            self._deliver(event)
+        now = asyncio.get_running_loop().time()
+        for event in self._tracker.expire(now=now + _TICK):  # a timer may fire a hair early
+            self._deliver(event, now)
         self._admit()
 
-    def _deliver(self, event: Exchange | Aside) -> None:
-        if isinstance(event, Answered | Silent):
-            answer = self._answers.get(event.seq)
-            if answer and not answer.done():
-                answer.set_result(event)
-        elif not isinstance(event, Refused):
-            self.on_aside(event)
+    def _deliver(self, event: Exchange | Aside, now: float) -> None:
+        self.answers += isinstance(event, Answered | Late)
+        match event:
+            case Answered() | Silent():
+                self._settle(event, now)
+            case Refused():  # never sent, so never heard of
+                pass
+            case _:
+                self.on_aside(event)
 
-    def _lose(self, error: LinkLostError) -> None:
+    def _settle(self, event: Answered | Silent, now: float) -> None:
+        """Hand out how a command ended, and let its node's pace learn from it."""
+        claim = self._claims.pop(event.seq, None)
+        pace = self.pace(event.command.target)
+        if isinstance(event, Answered):
+            busy = self.codec.verdict(event.response.code) is Verdict.BUSY
+            overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
+            by_pace = [seq for seq in overtaken if seq in self._claims and self._claims[seq].is_paced]
+            self._tracker.hasten(by_pace, deadline=now + pace.grace)
+        else:
+            expected = claim is not None and claim.wish.expected
+            pace.silent(event.seq, event.waited, now=now, expected=expected)
+        if claim and not claim.answer.done():
+            claim.answer.set_result(event)
+
+    def _lose(self, error: Exception) -> None:
         """Tell everybody who waits, in line or for an answer."""
         self._lost = self._lost or error
-        waiting: list[asyncio.Future[Any]] = [waiter.turn for waiter in self._queue]
+        waiting: list[asyncio.Future[Any]] = [turn for _, turn in self._queue]
         self._queue.clear()
-        for future in (*waiting, *self._answers.values()):
+        for future in (*waiting, *(claim.answer for claim in self._claims.values())):
             if not future.done():
                 future.set_exception(self._lost)

@@ -1,6 +1,7 @@
 """Which answer belongs to which command: commands, bytes and the time in, frames and exchanges out. Pure."""
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Silent
@@ -17,15 +18,20 @@ from sphero_probe.protocol.packets import (
 )
 
 REST: Final = 10.0
-"""Seconds before the sequence number of a silent command is used again: its answer may still come."""
+"""Seconds before the handle of a silent command is used again: its answer may still come."""
 QUIET: Final = 0.25
 """Seconds without a byte after which a half frame is given up when a deadline passes."""
 
 ECHO: Final = 0.05
-"""Seconds before the number of an answered command is used again: a repeated answer comes right behind."""
+"""Seconds before the handle of an answered command is used again: a repeated answer comes right behind."""
 
+_REMEMBERED: Final = 4096
+"""Settled handles that are kept at least as long as they rest, and at most ``REST``."""
 _FROM_ANY_NODE = (Verdict.NO_TARGET, Verdict.TARGET_UNAVAILABLE)
 _NODE = 0x0F
+
+_Handle = tuple[int, int | None, int | None]
+"""What an answer is recognised by: its sequence number, and DID and CID where answers name them."""
 
 
 class _Asked(NamedTuple):
@@ -35,27 +41,37 @@ class _Asked(NamedTuple):
     deadline: float
 
 
+class _Settled(NamedTuple):
+    exchange: Answered | Silent
+    at: float
+    rests_until: float
+
+
 class Tracker:
-    """The book-keeping of one link; ``now`` is any clock in seconds that does not run backwards."""
+    """The book-keeping of one link; ``now`` is any clock in seconds that does not run backwards.
+
+    A handle rests before it is used again, so that an answer that comes late, or twice, is never taken for
+    another's. Where answers name DID and CID, those belong to the handle: a number may go out with another
+    command while it rests.
+    """
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
         self._decoder = codec.decoder(Role.HOST)
         self._waiting: dict[int, _Asked] = {}
-        self._settled: dict[int, Answered | Silent] = {}
-        self._rests_until: dict[int, float] = {}
+        self._settled: dict[_Handle, _Settled] = {}
+        self._in_order: deque[tuple[_Handle, float]] = deque()
         self._next = 0
         self._heard_at = float("-inf")
 
-    def free_at(self, now: float) -> float:
-        """Return when a sequence number will be free: ``now``, a later time, or infinity while all wait."""
+    def free_at(self, command: Command, now: float) -> float:
+        """Return when a number will be free for a command: ``now``, later, or infinity while all wait."""
         earliest = float("inf")
         for seq in self._codec.sequence_numbers:
-            if seq in self._waiting:
-                continue
-            earliest = min(earliest, max(now, self._rests_until.get(seq, now)))
-            if earliest <= now:
-                break
+            if seq not in self._waiting:
+                earliest = min(earliest, max(now, self._rests_until(seq, command)))
+                if earliest <= now:
+                    break
         return earliest
 
     def ask(self, command: Command, *, now: float, timeout: float) -> tuple[int, bytes]:
@@ -76,16 +92,23 @@ class Tracker:
         numbers = self._codec.sequence_numbers
         for step in range(len(numbers)):
             seq = numbers[(self._next + step) % len(numbers)]
-            if seq not in self._waiting and self._rests_until.get(seq, now) <= now:
+            if seq not in self._waiting and self._rests_until(seq, command) <= now:
                 break
         else:
             raise RuntimeError("every sequence number is waiting or resting")
         frame = self._codec.encode_command(command, seq)
         self._next = (numbers.index(seq) + 1) % len(numbers)
-        self._rests_until.pop(seq, None)
-        self._settled.pop(seq, None)
+        self._forget(now)
+        self._settled.pop(self._handle(seq, command.did, command.cid), None)
         self._waiting[seq] = _Asked(command, frame, now, now + timeout)
         return seq, frame
+
+    def hasten(self, numbers: Iterable[int], *, deadline: float) -> None:
+        """Let commands count as silent at this time, if they still wait then and would wait longer."""
+        for seq in numbers:
+            asked = self._waiting.get(seq)
+            if asked and asked.deadline > deadline:
+                self._waiting[seq] = asked._replace(deadline=deadline)
 
     def hear(self, data: bytes, *, now: float) -> Iterator[Exchange | Aside]:
         """Take bytes from the robot and yield what they settle and what was said besides."""
@@ -99,8 +122,7 @@ class Tracker:
         for seq in self._late(now):
             asked = self._waiting.pop(seq)
             silent = Silent(asked.command, seq, asked.sent, now - asked.at)
-            self._settled[seq] = silent
-            self._rests_until[seq] = now + REST
+            self._settle(silent, now, now + REST)
             yield silent
 
     def next_deadline(self) -> float | None:
@@ -113,25 +135,49 @@ class Tracker:
     def _make_of(self, packets: list[Packet], now: float) -> Iterator[Exchange | Aside]:
         for packet in packets:
             if isinstance(packet, Response):
-                yield self._settle(packet, now)
+                yield self._match(packet, now)
             elif isinstance(packet, Notification | Malformed):
                 yield packet
             elif isinstance(packet, Request):  # a host's decoder makes none; kept total all the same
                 yield Malformed(b"", "a command came from the robot's side")
 
-    def _settle(self, response: Response, now: float) -> Answered | Late:
-        received = self._codec.encode_response(response)
+    def _match(self, response: Response, now: float) -> Answered | Late:
+        received = self._codec.frame_of(response)
         asked = self._waiting.get(response.seq)
         if asked and self._fits(response, asked.command):
             del self._waiting[response.seq]
             answered = Answered(asked.command, response.seq, asked.sent, response, received, now - asked.at)
-            self._settled[response.seq] = answered
-            self._rests_until[response.seq] = now + ECHO
+            self._settle(answered, now, now + ECHO)
             return answered
-        earlier = self._settled.get(response.seq)
-        if earlier and not self._fits(response, earlier.command):
-            earlier = None
-        return Late(response, received, earlier)
+        settled = self._settled.get((response.seq, response.did, response.cid))
+        if settled and self._fits(response, settled.exchange.command):
+            return Late(response, received, settled.exchange)
+        return Late(response, received, None)
+
+    def _handle(self, seq: int, did: int, cid: int) -> _Handle:
+        return (seq, did, cid) if self._codec.answers_name_commands else (seq, None, None)
+
+    def _rests_until(self, seq: int, command: Command) -> float:
+        settled = self._settled.get(self._handle(seq, command.did, command.cid))
+        return settled.rests_until if settled else float("-inf")
+
+    def _settle(self, exchange: Answered | Silent, now: float, rests_until: float) -> None:
+        command = exchange.command
+        handle = self._handle(exchange.seq, command.did, command.cid)
+        self._settled[handle] = _Settled(exchange, now, rests_until)
+        self._in_order.append((handle, now))
+
+    def _forget(self, now: float) -> None:
+        """Let go of what was settled too long ago to be answered now."""
+        order = self._in_order
+        while order and (order[0][1] + REST <= now or len(order) > _REMEMBERED):
+            handle, at = order[0]
+            settled = self._settled.get(handle)
+            if settled and settled.at == at:  # not asked again since
+                if settled.rests_until > now:
+                    break
+                del self._settled[handle]
+            order.popleft()
 
     def _fits(self, response: Response, command: Command) -> bool:
         """Compare what both sides name: DID, CID, and the node's nibble where a source is given."""

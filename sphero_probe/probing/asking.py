@@ -12,11 +12,10 @@ from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
 from sphero_probe.link.guard import WRONG_LENGTH, Consent
 from sphero_probe.link.link import Link
 from sphero_probe.probing.calibration import Calibration, Profile, Strictness
+from sphero_probe.probing.flight import ATTEMPTS, together
 from sphero_probe.probing.plan import Probe
 from sphero_probe.protocol.packets import Command, Verdict
 
-ATTEMPTS: Final = 3
-"""How often what nobody answers is asked before it is called silent; repetitions go alone."""
 BUSY_ATTEMPTS: Final = 5
 BUSY_PAUSE: Final = 0.1
 """Seconds before a busy robot is asked again; doubled each time."""
@@ -38,6 +37,11 @@ class Asked(NamedTuple):
     risk: Risk
     knowledge: CommandRow | None
     barred: str
+
+    @property
+    def is_expected(self) -> bool:
+        """Whether an answer is sure to come: it is a documented query."""
+        return self.knowledge is not None and self.knowledge.risk is Risk.READ and self.risk is Risk.READ
 
 
 class Tried(NamedTuple):
@@ -70,6 +74,10 @@ class Asker:
         """Whether this node may refuse lengths even where no command exists: only a strict one does not."""
         profile = self.profiles.get(target)
         return profile is None or profile.strictness is not Strictness.STRICT
+
+    def must_measure(self, probe: Probe) -> bool:
+        """Whether ``prepare`` will calibrate the probe's node first."""
+        return self._needs_profile(self._complete(probe)[0])
 
     async def prepare(self, number: int, probe: Probe) -> tuple[Asked, Profile | None]:
         """Fill in node and payload; calibrate the node first when the probe needs that.
@@ -127,8 +135,15 @@ class Asker:
         by_length = guard.assess(command).risk is Risk.PROBE or guard.hinges_on_length_check(command)
         return by_length and command.target not in self.profiles
 
-    async def ask(self, asked: Asked, *, alone: bool = False) -> Tried:
+    async def ask(
+        self, asked: Asked, before_sending: Callable[[], None] | None = None, *, alone: bool = False
+    ) -> Tried:
         """Ask one probe; a busy robot is asked again after a pause, a sleeping node is woken once.
+
+        Args:
+            asked: the probe.
+            before_sending: called each time it is about to go out.
+            alone: with nothing else in flight.
 
         Raises:
             LinkLostError: the robot is gone.
@@ -137,11 +152,18 @@ class Asker:
             return Tried(Refused(asked.command, asked.risk, asked.barred), 0)
         woken = False
         pause = BUSY_PAUSE
+
+        def intend() -> None:
+            self.intend(asked)
+            if before_sending:
+                before_sending()
+
         attempt = 0
         while True:
             attempt += 1
-            self.intend(asked)
-            exchange = await self.link.ask(asked.command, alone=alone)
+            exchange = await self.link.ask(
+                asked.command, alone=alone, expected=asked.is_expected, before_sending=intend
+            )
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
                 return Tried(exchange, attempt)
             verdict = self.link.codec.verdict(exchange.response.code)
@@ -154,8 +176,13 @@ class Asker:
             else:
                 return Tried(exchange, attempt)
 
-    async def do(self, job: Job, target: int | None) -> Exchange | None:
+    async def do(self, job: Job, target: int | None, attempts: int = ATTEMPTS) -> Exchange | None:
         """Ask the documented read that does a job; None where the generation has none.
+
+        Args:
+            job: what is to be done.
+            target: the node.
+            attempts: how often it is asked while it stays silent.
 
         Raises:
             LinkLostError: the robot is gone.
@@ -164,26 +191,35 @@ class Asker:
         if row is None:
             return None
         command = Command(row.did, row.cid, b"", target)
-        for _ in range(ATTEMPTS - 1):
-            exchange = await self.link.ask(command, alone=True)
+        exchange = await self.link.ask(command, expected=True)
+        for _ in range(attempts - 1):
             if not isinstance(exchange, Silent):
-                return exchange
-        return await self.link.ask(command, alone=True)
+                break
+            exchange = await self.link.ask(command, alone=True)
+        return exchange
 
-    async def identify(self) -> dict[str, str]:
-        """Wake the robot and read its firmware version, per node name.
+    async def wake(self) -> None:
+        """Wake the robot's usual node.
 
         Raises:
             LinkLostError: the robot is gone.
         """
         await self.do(Job.WAKE, self._target)
+
+    async def firmware(self) -> dict[str, str]:
+        """Return the firmware version, per node name; a robot that never said anything is asked once.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
         robot = self.link.guard.robot
         nodes = robot.nodes if robot and self._target is not None else {0: "robot"}
         versions: dict[str, str] = {}
         row = row_for(self.link.codec.generation, Job.VERSION)
-        for node, name in nodes.items():
-            target = None if self._target is None else self._target & 0xF0 | node
-            exchange = await self.do(Job.VERSION, target)
+        targets = [None if self._target is None else self._target & 0xF0 | node for node in nodes]
+        attempts = ATTEMPTS if self.link.answers else 1
+        exchanges = await together(self.do(Job.VERSION, target, attempts) for target in targets)
+        for name, exchange in zip(nodes.values(), exchanges, strict=True):
             if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
                 fields = row.response.decode(exchange.response.payload).fields
                 parts = (fields.get(part) for part in VERSION_FIELDS[row.generation])

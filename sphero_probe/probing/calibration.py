@@ -5,6 +5,7 @@ reads are asked with surplus bytes first: at worst a read runs. Only a node that
 about pairs that cannot exist, and only what it called absent is asked again at other lengths.
 """
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Final, NamedTuple
 
@@ -15,6 +16,7 @@ from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Answered
 from sphero_probe.link.guard import WRONG_LENGTH
 from sphero_probe.link.link import Link
+from sphero_probe.probing.flight import ATTEMPTS, together
 from sphero_probe.protocol.packets import Command, Verdict
 
 _READS_WANTED: Final = 3
@@ -99,8 +101,8 @@ class Calibration:
             return self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
         if not reads:
             return self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
-        for row in reads:
-            said = await self._ask(Command(row.did, row.cid, bytes(WRONG_LENGTH)), "bad data length")
+        surplus = [Command(row.did, row.cid, bytes(WRONG_LENGTH)) for row in reads]
+        for row, said in zip(reads, await self._ask_all(surplus, "bad data length"), strict=True):
             if said is Verdict.OK:
                 return self._conclude(Strictness.LENIENT, f"{row.name} runs with surplus bytes")
             if said is not Verdict.BAD_LENGTH:
@@ -120,15 +122,16 @@ class Calibration:
     async def _reads_that_answer(self) -> list[CommandRow]:
         robot = self._link.guard.robot
         rows = commands_of(robot) if robot else all_rows(self._link.codec.generation)
+        reads = [
+            row
+            for row in sorted(rows, key=lambda row: not row.response or not row.response.fixed_length)
+            if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
+        ][:_READS_TRIED]
         found: list[CommandRow] = []
-        tried = 0
-        for row in sorted(rows, key=lambda row: not row.response or not row.response.fixed_length):
-            if len(found) == _READS_WANTED or tried == _READS_TRIED:
-                break
-            if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text:
-                tried += 1
-                if await self._ask(Command(row.did, row.cid), "success") is Verdict.OK:
-                    found.append(row)
+        while reads and len(found) < _READS_WANTED:
+            some, reads = reads[: _READS_WANTED - len(found)], reads[_READS_WANTED - len(found) :]
+            said = await self._ask_all([Command(row.did, row.cid) for row in some], "success")
+            found += [row for row, verdict in zip(some, said, strict=True) if verdict is Verdict.OK]
         return found
 
     async def _setter_without_arguments(self) -> str:
@@ -145,9 +148,9 @@ class Calibration:
         row = row_for(self._link.codec.generation, Job.ERROR_ON_DEMAND)
         if robot is None or row is None or robot.key not in row.nodes:
             return
-        for code in range(1, 11):
-            wanted = self._link.codec.code_name(code)
-            await self._ask(Command(row.did, row.cid, bytes([code])), wanted)
+        codes = range(1, 11)
+        commands = [Command(row.did, row.cid, bytes([code])) for code in codes]
+        await self._ask_all(commands, *map(self._link.codec.code_name, codes))
 
     async def _absent_pairs(self, did: int) -> tuple[Strictness, str]:
         device = await self._find_absent([Command(did, 0) for did in _ABSENT_DEVICES], Verdict.NO_DEVICE)
@@ -158,13 +161,16 @@ class Calibration:
             if self._last is Verdict.BAD_LENGTH:
                 return Strictness.MASKING, "a wrong length is refused even where no command exists"
             return Strictness.UNKNOWN, "no command id is called bad"
-        for pair in (device, command):
-            for length in _LENGTHS[1:]:
-                said = await self._ask(pair._replace(payload=bytes(length)), "absent")
-                if said is Verdict.BAD_LENGTH:
-                    return Strictness.MASKING, f"{length} bytes are refused even where no command exists"
-                if said not in GONE:
-                    return Strictness.UNKNOWN, f"an absent command answers {length} bytes differently"
+        commands = [
+            pair._replace(payload=bytes(length)) for pair in (device, command) for length in _LENGTHS[1:]
+        ]
+        for asked, said in zip(commands, await self._ask_all(commands, "absent"), strict=True):
+            if said is Verdict.BAD_LENGTH:
+                why = f"{len(asked.payload)} bytes are refused even where no command exists"
+                return Strictness.MASKING, why
+            if said not in GONE:
+                why = f"an absent command answers {len(asked.payload)} bytes differently"
+                return Strictness.UNKNOWN, why
         return Strictness.STRICT, "surplus bytes are refused, and only where a command exists"
 
     async def _find_absent(self, candidates: list[Command], wanted: Verdict) -> Command | None:
@@ -178,23 +184,32 @@ class Calibration:
         return None
 
     async def _ask(self, command: Command, wanted: str) -> Verdict | None:
-        """Ask up to three times, alone; None when nothing answers or the guard withholds it."""
+        """Ask one; None when nothing answers or the guard withholds it."""
+        (verdict,) = await self._ask_all([command], wanted)
+        return verdict
+
+    async def _ask_all(self, commands: Sequence[Command], *wanted: str) -> list[Verdict | None]:
+        """Ask several at once; what is wanted is told for each, or once for all."""
+        wanted = wanted if len(wanted) == len(commands) else wanted * len(commands)
+        tried = await together(map(self._try, commands, wanted))
+        self._steps += [step for step, _ in tried]
+        verdicts = [verdict for _, verdict in tried]
+        self._verdicts.update(verdicts)
+        self._last = verdicts[-1]
+        return verdicts
+
+    async def _try(self, command: Command, wanted: str) -> tuple[Step, Verdict | None]:
+        """Ask up to three times, again only with nothing else in flight, and once if nothing ever answered."""
         codec = self._link.codec
-        for _ in range(3):
-            exchange = await self._link.ask(command._replace(target=self._target), alone=True)
+        command = command._replace(target=self._target)
+        for attempt in range(ATTEMPTS if self._link.answers else 1):
+            exchange = await self._link.ask(command, alone=attempt > 0, expected=True)
             if isinstance(exchange, Answered):
                 verdict = codec.verdict(exchange.response.code)
-                if verdict is Verdict.BUSY and wanted != codec.code_name(exchange.response.code):
-                    continue
-                self._steps.append(Step(exchange.command, wanted, codec.code_name(exchange.response.code)))
-                return self._note(verdict)
-        self._steps.append(Step(command, wanted, "no answer"))
-        return self._note(None)
-
-    def _note(self, verdict: Verdict | None) -> Verdict | None:
-        self._last = verdict
-        self._verdicts.add(verdict)
-        return verdict
+                said = codec.code_name(exchange.response.code)
+                if verdict is not Verdict.BUSY or wanted == said:
+                    return Step(command, wanted, said), verdict
+        return Step(command, wanted, "no answer"), None
 
     def _conclude(self, strictness: Strictness, why: str) -> Profile:
         return Profile(self._target, strictness, why, tuple(self._steps), self._absent)

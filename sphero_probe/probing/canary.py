@@ -1,17 +1,18 @@
 """Whether the robot is still itself: a node in, yes or no out.
 
 A robot that fell asleep, rebooted or changed its mode answers everything with silence or with something else.
-So between two rounds of probes it is asked two things whose answers are known: an echo, and a command that it
-called absent. What it said since they were last right is void when they are wrong.
+So between probes it is asked two things whose answers are known: an echo, and a command it called absent.
+What it said since they were last right is void when they are wrong.
 """
 
 from typing import Final
 
 from sphero_probe.catalogue.roles import Job, row_for
-from sphero_probe.link.exchange import Answered, Silent
+from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
 from sphero_probe.link.guard import WRONG_LENGTH
-from sphero_probe.probing.asking import ATTEMPTS, Asker
+from sphero_probe.probing.asking import Asker
 from sphero_probe.probing.calibration import GONE
+from sphero_probe.probing.flight import ATTEMPTS
 from sphero_probe.protocol.packets import Command, Verdict
 
 _NONCE_BYTES: Final = 4
@@ -25,18 +26,42 @@ class Canary:
         self._questions: dict[int | None, list[Command]] = {}
         self._nonce = 0
 
+    def knows(self, target: int | None) -> bool:
+        """Whether it was taken in what this node answers."""
+        return target in self._questions
+
+    def questions(self, target: int | None) -> list[Command]:
+        """Return what to ask this node, the echo with a nonce that was not used before."""
+        return [self._with_nonce(question) for question in self._questions.get(target, ())]
+
+    def is_right(self, question: Command, exchange: Exchange) -> bool | None:
+        """Compare an answer with what a healthy robot says; None where nothing can be told from it."""
+        codec = self._asker.link.codec
+        match exchange:
+            case Answered(response=response):
+                verdict = codec.verdict(response.code)
+                if verdict is Verdict.BUSY:
+                    return None
+                if self._is_echo(question):
+                    return verdict is Verdict.OK and response.payload == question.payload
+                return verdict in GONE
+            case Silent():
+                return None
+            case Refused():  # whatever was allowed before and is not now says nothing about the robot
+                return True
+
     async def sings(self, target: int | None) -> bool:
-        """Ask and compare; the first time only takes in what this node answers rightly.
+        """Ask alone and compare; the first time only takes in what this node answers rightly.
 
         Raises:
             LinkLostError: the robot is gone.
         """
-        if target not in self._questions:
+        if not self.knows(target):
             candidates = self._candidates(target)
-            self._questions[target] = [question for question in candidates if await self._right(question)]
+            self._questions[target] = [question for question in candidates if await self._sings(question)]
             return True
         for question in self._questions[target]:
-            if not await self._right(question):
+            if not await self._sings(question):
                 return False
         return True
 
@@ -50,22 +75,22 @@ class Canary:
             questions.append(profile.absent._replace(payload=bytes(WRONG_LENGTH)))
         return questions
 
-    async def _right(self, question: Command) -> bool:
-        codec = self._asker.link.codec
-        echo = row_for(codec.generation, Job.ECHO)
-        is_echo = echo is not None and question[:2] == (echo.did, echo.cid)
-        if is_echo and echo and echo.request and echo.request.fixed_length != 0:
-            self._nonce = (self._nonce + 1) % 2**32
-            question = question._replace(payload=self._nonce.to_bytes(_NONCE_BYTES, "big"))
+    async def _sings(self, question: Command) -> bool:
+        question = self._with_nonce(question)
         for _ in range(ATTEMPTS):
-            exchange = await self._asker.link.ask(question, alone=True)
-            if isinstance(exchange, Answered):
-                verdict = codec.verdict(exchange.response.code)
-                if verdict is Verdict.BUSY:
-                    continue
-                if is_echo:
-                    return verdict is Verdict.OK and exchange.response.payload == question.payload
-                return verdict in GONE
-            if not isinstance(exchange, Silent):
-                return True
+            right = self.is_right(question, await self._asker.link.ask(question, alone=True))
+            if right is not None:
+                return right
         return False
+
+    def _is_echo(self, question: Command) -> bool:
+        echo = row_for(self._asker.link.codec.generation, Job.ECHO)
+        return echo is not None and question[:2] == (echo.did, echo.cid)
+
+    def _with_nonce(self, question: Command) -> Command:
+        """Fill an echo that takes bytes with some that no earlier one had."""
+        echo = row_for(self._asker.link.codec.generation, Job.ECHO)
+        if not (echo and echo.request and self._is_echo(question) and echo.request.fixed_length != 0):
+            return question
+        self._nonce = (self._nonce + 1) % 2**32
+        return question._replace(payload=self._nonce.to_bytes(_NONCE_BYTES, "big"))

@@ -2,24 +2,32 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Final
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.exchange import Answered, Aside, Late, Silent
+from sphero_probe.errors import NoAnswerError
+from sphero_probe.link.exchange import Aside, Late, Silent
 from sphero_probe.link.link import Link
-from sphero_probe.probing.asking import ATTEMPTS, Asked, Asker, Tried
+from sphero_probe.probing.asking import Asked, Asker, Tried
 from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.line import Line, Reopen
 from sphero_probe.probing.notes import calibration_note, node_name, note_of
+from sphero_probe.probing.pending import Settled
+from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe, probes_of
 from sphero_probe.probing.recorder import Earlier, Forgetful, Recorder
-from sphero_probe.probing.rounds import ROUND, Rounds, Settled
+from sphero_probe.probing.sending import ROUND
+
+_NO_ANSWER: Final = (
+    "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
+)
 
 
 @dataclass(slots=True)
@@ -35,6 +43,7 @@ class Run:
         recorder: told of every intent and record as it happens.
         earlier: what an interrupted run already settled.
         reopen: opens a dropped line to the same robot again; None leaves it dropped.
+        on_step: told the name of each step of calling on the robot as it begins.
         findings: so far, in the order they were settled.
         total: probes made known so far, for progress.
     """
@@ -47,11 +56,12 @@ class Run:
     recorder: Recorder = field(default_factory=Forgetful)
     earlier: Earlier = field(default_factory=Earlier)
     reopen: Reopen | None = None
+    on_step: Callable[[str], None] = lambda _: None
     findings: list[Finding] = field(default_factory=list)
     total: int = 0
     _asker: Asker = field(init=False)
     _line: Line = field(init=False)
-    _rounds: Rounds = field(init=False)
+    _pipeline: Pipeline = field(init=False)
     _asides: list[Note] = field(default_factory=list)
     _kept: dict[int, Finding] = field(default_factory=dict)
 
@@ -59,20 +69,24 @@ class Run:
         self._asker = Asker(self.link, self.target)
         self._asker.intend = self.recorder.intend
         self._line = Line(self._asker, self.stop, self.reopen)
-        self._rounds = Rounds(self._asker, self._line, self.stop)
-        self._rounds.on_answer = self._keep
+        self._pipeline = Pipeline(self._asker, self._line, self.stop)
+        self._pipeline.on_answer = self._keep
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, each after the recorder has it.
 
         Raises:
+            NoAnswerError: the robot never said anything.
             LinkLostError: the robot is gone; a summary that says so came first.
             BadInputFileError: a stage of the plan is broken.
         """
-        async for record in self._records():
-            if not isinstance(record, Finding) or self._kept.get(record.number) != record:
-                self.recorder.record(record)
-            yield record
+        try:
+            async for record in self._records():
+                if not isinstance(record, Finding) or self._kept.get(record.number) != record:
+                    self.recorder.record(record)
+                yield record
+        finally:
+            await self._pipeline.close()
 
     def _keep(self, settled: Settled) -> None:
         """Have an answer recorded as it comes; its round may still turn out void, and is then recorded so."""
@@ -126,11 +140,16 @@ class Run:
         profiles: dict[int | None, Profile] = {}
 
         async def call() -> None:
-            firmware.update(await self._asker.identify())
+            self.on_step("wake")
+            await self._asker.wake()
+            self.on_step("first answer")
+            firmware.update(await self._asker.firmware())
             self._line.know(firmware)
             profiles.update({profile.target: profile for profile in await self._asker.calibrate_for(open_)})
             for target in profiles or (self.target,):
-                await self._rounds.canary.sings(target)
+                await self._pipeline.canary.sings(target)
+            if not self._asker.link.answers:
+                raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
 
         await self._line.steady(call)
         if self._line.lost:
@@ -155,6 +174,7 @@ class Run:
         """Ask the probes of one stage in rounds; then the silent ones again, alone."""
         first = self.total + 1
         self.total += len(probes)
+        self._pipeline.losses.probes = self.total
         chunk: list[Asked] = []
         for number, probe in enumerate(probes, first):
             if self._over:
@@ -162,22 +182,20 @@ class Run:
             if settled := self._settled_earlier(number, probe):
                 yield settled
                 continue
+            if self._asker.must_measure(probe):
+                for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.settle()):
+                    yield record
+                chunk = []
             asked, measured = await self._prepare(number, probe)
             if measured:
                 yield calibration_note(measured, self.link.guard.robot)
             if asked:
                 chunk.append(asked)
             if len(chunk) >= ROUND:
-                for record in self._settle(await self._rounds.ask(chunk)):
+                for record in self._settle(await self._pipeline.feed(chunk)):
                     yield record
                 chunk = []
-        if chunk and not self._over:
-            for record in self._settle(await self._rounds.ask(chunk)):
-                yield record
-        for _ in range(ATTEMPTS):
-            for record in self._settle(await self._rounds.ask_again()):
-                yield record
-        for record in self._settle(self._rounds.last_words()):
+        for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish()):
             yield record
 
     async def _verify(self) -> AsyncIterator[Record]:
@@ -185,31 +203,25 @@ class Run:
 
         Whoever does not say the same again proves nothing: his finding is replaced by an inconclusive one.
         """
-        window, self._asker.link.window = self._asker.link.window, 1
-        self._rounds.on_answer = lambda _: None  # only a changed word is news
+        self._pipeline.narrow(1)
+        self._pipeline.on_answer = lambda _: None  # only a changed word is news
         before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
         chunk: list[Asked] = []
         for number, finding in sorted(before.items()):
             asked = self._asker.complete(number, Probe(finding.command, exact=True))
             if asked.risk <= Risk.PROBE and not asked.barred:
                 chunk.append(asked)
-        for at in range(0, len(chunk), ROUND):
-            settled = await self._rounds.ask(chunk[at : at + ROUND])
-            for _ in range(ATTEMPTS):
-                settled += await self._rounds.ask_again()
-            if self._over:
-                self._rounds.unanswered.clear()
-                break
-            settled += self._rounds.last_words()
-            for record in self._settle(settled):
-                if not isinstance(record, Finding):
-                    yield record
-                elif (old := before[record.number]) and not _agree(old, record):
-                    said = f"said {_word(old)} first, then {_word(record)}"
-                    new = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
-                    self.findings[self.findings.index(old)] = new
-                    yield new
-        self._asker.link.window = window
+        settled = await self._pipeline.feed(chunk)
+        if not self._over:
+            settled += await self._pipeline.finish()
+        for record in self._settle(settled):
+            if not isinstance(record, Finding):
+                yield record
+            elif (old := before[record.number]) and not _agree(old, record):
+                said = f"said {_word(old)} first, then {_word(record)}"
+                new = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
+                self.findings[self.findings.index(old)] = new
+                yield new
 
     async def _prepare(self, number: int, probe: Probe) -> tuple[Asked | None, Profile | None]:
         """Make a probe ready; None when the line is gone for good while its node is measured."""
@@ -253,10 +265,7 @@ class Run:
     def _hear_aside(self, aside: Aside) -> None:
         """Keep what was said besides; a late answer still settles its own probe."""
         if isinstance(aside, Late) and isinstance(aside.earlier, Silent):
-            for unanswered in self._rounds.unanswered.values():
-                if unanswered.silent is aside.earlier:
-                    command, seq, sent, waited = aside.earlier
-                    unanswered.belated = Answered(command, seq, sent, aside.response, aside.received, waited)
+            self._pipeline.hear(aside)
         self._asides.append(note_of(aside, self.link.codec, self.link.guard.robot))
 
     def _take_asides(self) -> list[Note]:

@@ -85,7 +85,8 @@ class Line:
         expected = self._firmware or {}
         for pause in PAUSES:
             await asyncio.sleep(pause)
-            firmware = await self._asker.identify()
+            await self._asker.wake()
+            firmware = await self._asker.firmware()
             if any(expected.get(node, version) != version for node, version in firmware.items()):
                 self.lost = LinkLostError("another firmware answers after the link dropped")
                 return

@@ -8,8 +8,9 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.roles import Job, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
-from sphero_probe.probing.asking import ATTEMPTS, Asked, Asker, Tried
+from sphero_probe.probing.asking import Asked, Asker, Tried
 from sphero_probe.probing.finding import Finding, Heading
+from sphero_probe.probing.flight import ATTEMPTS
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.protocol.packets import Command

@@ -42,6 +42,11 @@ class Codec(Protocol):
         ...
 
     @property
+    def answers_name_commands(self) -> bool:
+        """Whether a response names the DID and CID that it answers; else its sequence number is all."""
+        ...
+
+    @property
     def max_payload(self) -> int:
         """The longest payload in bytes that ``encode_*`` accepts."""
         ...

@@ -38,7 +38,8 @@ class Recogniser:
                 if self._held > _PATIENCE:
                     found += self._sift()
             else:
-                found += self._sift()
+                if self._rubbish:
+                    found += self._sift()
                 found.append(Recognised(Generation.V2, packet))
         return found
 

@@ -17,7 +17,9 @@ DLEN counts the data and the checksum. A command without an answer but with a re
 """
 
 from operator import itemgetter
+from struct import Struct
 from typing import Final
+from zlib import adler32
 
 from sphero_probe.protocol.codec import Codec, Decoder
 from sphero_probe.protocol.packets import (
@@ -31,7 +33,15 @@ from sphero_probe.protocol.packets import (
     Role,
     Verdict,
 )
-from sphero_probe.protocol.v1_frames import MAX_FRAME, Deframer, Kind, Layout, frame
+from sphero_probe.protocol.v1_frames import (
+    MAX_FRAME,
+    MIN_FRAME,
+    SOP1,
+    Deframer,
+    Kind,
+    Layout,
+    frame,
+)
 
 SOP2_ANSWER: Final = 0x01
 SOP2_ACTIVITY: Final = 0x02
@@ -81,6 +91,7 @@ class V1Codec:
 
     generation = Generation.V1
     sequence_numbers = range(256)
+    answers_name_commands = False  # a response echoes SEQ alone
     max_payload = MAX_PAYLOAD
 
     def encode_command(
@@ -135,6 +146,8 @@ class V1Codec:
 
     def decoder(self, role: Role) -> Decoder:
         """Return a fresh decoder for one end of the line, or for a tap on it."""
+        if role is Role.HOST:
+            return _HostDecoder(_LAYOUTS[role], _tell)
         return Deframer(_LAYOUTS[role], _Witness().tell if role is Role.WITNESS else _tell)
 
     def verdict(self, code: int) -> Verdict:
@@ -219,6 +232,62 @@ class _Witness:
         elif isinstance(packet, Response):
             self._unanswered.discard(packet.seq)
         return packet
+
+
+_HEADER = Struct(">H3B").unpack_from
+_ANSWERS, _TELLS = SOP1 << 8 | SOP2_RESPONSE, SOP1 << 8 | SOP2_NOTIFICATION
+_STARTS: Final = (_ANSWERS.to_bytes(2), _TELLS.to_bytes(2))
+_HALF_A_START = bytes((SOP1,))
+_LONGEST = 253
+"""DLEN of the longest frame that the quick way takes: up to there adler32 tells the sum exactly."""
+
+
+class _HostDecoder(Deframer):
+    """What a host hears: quick while one sound frame follows the other, for all else as any deframer."""
+
+    def feed(self, data: bytes) -> list[Packet]:
+        """Take the next bytes of the stream and return the packets that they complete."""
+        if self._at or self._reason:
+            return super().feed(data)
+        held = self._pending + data
+        size = len(held)
+        packets: list[Packet] = []
+        if size < self._need:
+            self._pending = held
+            return packets
+        at = 0
+        last = size - MIN_FRAME
+        while at <= last:
+            start, first, second, length = _HEADER(held, at)
+            if start == _TELLS:
+                length |= second << 8
+            elif start != _ANSWERS:
+                break
+            if not 0 < length <= _LONGEST:
+                break
+            end = at + 5 + length
+            if end > size:
+                self._pending, self._need = held[at:], end - at
+                return packets
+            body = held[at + 2 : end]
+            if adler32(body) & 0xFF:
+                break
+            if start == _TELLS:
+                packets.append(
+                    _new(Notification, (None, first, body[3:-1], None, None, None, SOP2_NOTIFICATION))
+                )
+            else:
+                packets.append(
+                    _new(Response, (second, first, body[3:-1], None, None, None, None, SOP2_RESPONSE))
+                )
+            at = end
+        self._pending, self._need = held[at:], 0
+        if at < size:
+            if at > last and held[at : at + 2] in _STARTS:
+                self._need = MIN_FRAME
+            elif self._pending != _HALF_A_START:
+                packets += self._take(quiet=False)
+        return packets
 
 
 V1: Final[Codec] = V1Codec()

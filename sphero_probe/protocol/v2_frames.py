@@ -4,11 +4,11 @@ Between the markers ``8D`` and ``D8`` the bytes ``8D``, ``D8`` and ``AB`` are wr
 checksum included. The checksum is 0xFF less the sum of the unescaped bytes before it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final
 from zlib import adler32
 
-from sphero_probe.protocol.packets import Malformed, Packet
+from sphero_probe.protocol.packets import Malformed
 
 SOP: Final = 0x8D
 EOP: Final = 0xD8
@@ -19,7 +19,19 @@ MAX_FRAME: Final = 4096
 
 _SOP, _EOP, _ESC = bytes([SOP]), bytes([EOP]), bytes([ESC])
 _ESCAPED_SOP, _ESCAPED_EOP, _ESCAPED_ESC = b"\xab\x05", b"\xab\x50", b"\xab\x23"
-_ADLER_EXACT = 256  # up to here adler32's low half is 1 + sum without a modulus taken
+_AFTER_SOP, _AFTER_EOP, _AFTER_ESC = 0x05, 0x50, 0x23
+ADLER_EXACT: Final = 256
+"""Up to so many bytes adler32's low half is 1 + sum without a modulus taken; it is thrice as fast as sum."""
+_ESCAPED: Final = {SOP: _ESCAPED_SOP, EOP: _ESCAPED_EOP, ESC: _ESCAPED_ESC}
+_ENDS: Final = tuple(
+    _ESCAPED.get(checksum, bytes((checksum,))) + _EOP for checksum in (-left & 0xFF for left in range(256))
+)
+"""How a frame ends whose body leaves a residue: the checksum that makes it 0, escaped, and EOP."""
+
+
+def residue(checked: bytes) -> int:
+    """Return what is left over, 0-255: 0 for the unescaped bytes FLAGS..CHK of a sound frame."""
+    return (adler32(checked) if len(checked) <= ADLER_EXACT else sum(checked) + 1) & 0xFF
 
 
 def frame(body: bytes) -> bytes:
@@ -31,23 +43,35 @@ def frame(body: bytes) -> bytes:
     Returns:
         SOP, the escaped body and checksum, EOP.
     """
-    checked = body + bytes((~sum(body) & 0xFF,))
-    return (
-        _SOP
-        + checked.replace(_ESC, _ESCAPED_ESC).replace(_SOP, _ESCAPED_SOP).replace(_EOP, _ESCAPED_EOP)
-        + _EOP
-    )
+    end = _ENDS[(adler32(body) if len(body) <= ADLER_EXACT else sum(body) + 1) & 0xFF]
+    if ESC in body:  # first of the three, as the others bring escapes in
+        body = body.replace(_ESC, _ESCAPED_ESC)
+    if SOP in body:
+        body = body.replace(_SOP, _ESCAPED_SOP)
+    if EOP in body:
+        body = body.replace(_EOP, _ESCAPED_EOP)
+    return _SOP + body + end
+
+
+def unescape(escaped: bytes) -> bytes | None:
+    """Return the bytes that an escaped stretch stands for; None where an escape is illegal."""
+    body = escaped
+    if _AFTER_SOP in body:  # to look is cheaper than to replace
+        body = body.replace(_ESCAPED_SOP, _SOP)
+    if _AFTER_EOP in body:
+        body = body.replace(_ESCAPED_EOP, _EOP)
+    if ESC not in body:
+        return body
+    shorter = body.replace(_ESCAPED_ESC, _ESC)  # the last of the three, as it brings escapes in
+    return shorter if len(body) - len(shorter) == body.count(ESC) else None
 
 
 def unframe(escaped: bytes) -> bytes | Malformed:
     """Return the unescaped bytes FLAGS..CHK of what stood between SOP and EOP, checked; or what is wrong."""
-    body = escaped
-    if _ESC in body:
-        legal = body.count(_ESCAPED_SOP) + body.count(_ESCAPED_EOP) + body.count(_ESCAPED_ESC)
-        if legal != body.count(_ESC):
-            return spoilt(escaped, _illegal_escape(escaped))
-        body = body.replace(_ESCAPED_SOP, _SOP).replace(_ESCAPED_EOP, _EOP).replace(_ESCAPED_ESC, _ESC)
-    if (adler32(body) if len(body) <= _ADLER_EXACT else sum(body) + 1) & 0xFF:
+    body = unescape(escaped)
+    if body is None:
+        return spoilt(escaped, _illegal_escape(escaped))
+    if residue(body):
         if not body:
             return spoilt(escaped, "empty frame")
         expected = ~sum(body[:-1]) & 0xFF
@@ -60,60 +84,33 @@ def spoilt(escaped: bytes, reason: str) -> Malformed:
     return Malformed(_SOP + escaped + _EOP, reason)
 
 
-class Deframer:
-    """A byte stream in, packets out.
+def stretches(stream: bytes) -> Iterator[bytes | Malformed]:
+    """Cut up a stream that ends with EOP: frame on the last SOP before each EOP.
 
-    It frames on the last SOP before each EOP, so damage around a good frame never costs it.
+    Yields:
+        What stood between the markers of a frame, still escaped; as ``Malformed`` all that is in no frame.
     """
+    for piece in stream.split(_EOP)[:-1]:
+        start = piece.rfind(_SOP)
+        if start < 0:
+            yield from _outside(piece)
+            continue
+        yield from _rubbish(piece[:start])
+        if len(piece) - start > MAX_FRAME:
+            yield from _outside(piece[start:])
+        else:
+            yield piece[start + 1 :]
 
-    def __init__(self, parse: Callable[[bytes], Packet]) -> None:
-        """Take what makes a packet of the escaped bytes between SOP and EOP."""
-        self._parse = parse
-        self._pending = b""
 
-    def feed(self, data: bytes) -> list[Packet]:
-        """Take the next bytes of the stream and return the packets that they complete."""
-        if _EOP not in data:
-            self._pending += data
-            if _SOP not in data and len(self._pending) <= MAX_FRAME:
-                return []
-            return list(self._trim())
-        *pieces, tail = (self._pending + data).split(_EOP)
-        packets: list[Packet] = []
-        parse = self._parse
-        for piece in pieces:
-            start = piece.rfind(_SOP)
-            if start:
-                if start < 0:
-                    packets += _outside(piece)
-                    continue
-                packets += _rubbish(piece[:start])
-            if len(piece) - start > MAX_FRAME:
-                packets += _outside(piece[start:])
-                continue
-            packets.append(parse(piece[start + 1 :]))
-        self._pending = tail
-        if tail:
-            packets += self._trim()
-        return packets
-
-    def give_up(self) -> list[Packet]:
-        """Return what is held back because the line went quiet; no packet ever is."""
-        held, self._pending = self._pending, b""
-        if not held:
-            return []
-        reason = "the line went quiet inside a frame" if _SOP in held else "bytes outside a frame"
-        return [Malformed(held, reason)]
-
-    def _trim(self) -> Iterator[Malformed]:
-        """Let go of all that can become no frame: what stands before the last SOP, and what grew too long."""
-        start = max(self._pending.rfind(_SOP), 0)
-        yield from _rubbish(self._pending[:start])
-        kept = self._pending[start:]
-        while len(kept) > MAX_FRAME:
-            yield _rubble(kept[:MAX_FRAME])
-            kept = kept[MAX_FRAME:]
-        self._pending = kept
+def let_go(held: bytes) -> tuple[list[Malformed], bytes]:
+    """Part what can become no frame from bytes without an EOP: what is too old or too long, and the rest."""
+    start = max(held.rfind(_SOP), 0)
+    gone = list(_rubbish(held[:start]))
+    kept = held[start:]
+    while len(kept) > MAX_FRAME:
+        gone.append(_rubble(kept[:MAX_FRAME]))
+        kept = kept[MAX_FRAME:]
+    return gone, kept
 
 
 def _rubble(segment: bytes) -> Malformed:

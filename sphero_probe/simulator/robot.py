@@ -68,7 +68,7 @@ class FakeRobot:
         idleness = self._repertoire.idleness
         timeout = idleness.timeout if settings.sleep_after is None else settings.sleep_after
         self._state = State(settings, Rest(timeout, idleness.notice))
-        self._desk = Desk(settings.queue)
+        self._desk = Desk(settings.queue, settings.service)
         self._radio = Radio(settings)
         self._codec = CODECS[settings.model.generation]
         self._codes = {self._codec.verdict(code): code for code in range(0xFF, -1, -1)}

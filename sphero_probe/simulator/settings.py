@@ -57,6 +57,7 @@ class Settings(NamedTuple):
         per_event: packets per event and direction at most; None for the usual number if ``interval`` is set.
         queue: commands that can wait while one is served, the surplus is lost; None where service takes no
             time.
+        service: seconds that serving one command takes; None for the usual time if ``queue`` is set.
         busy: probability that a command is answered "busy" and not executed.
         sleep_after: seconds without activity until the robot sleeps; None for what its generation does.
         disconnect_after: commands heard on one connection until it drops; None for a connection that lasts.
@@ -81,6 +82,7 @@ class Settings(NamedTuple):
     interval: float | None = None
     per_event: int | None = None
     queue: int | None = None
+    service: float | None = None
     busy: float = 0.0
     sleep_after: float | None = None
     disconnect_after: int | None = None
@@ -228,6 +230,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "interval": _at_least("1ms"),
     "per_event": _whole(1),
     "queue": _whole(1),
+    "service": _seconds,
     "busy": _probability,
     "sleep_after": _at_least("1ms"),
     "disconnect_after": _whole(1),
