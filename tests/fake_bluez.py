@@ -136,6 +136,10 @@ class FakeBlueZ:
         """Let the link to a robot fall."""
         self._ask(lambda: self._links.drop(peripheral))
 
+    def hold(self, peripheral: Peripheral) -> None:
+        """Let another program of this machine connect to a robot, by the first adapter, and keep it."""
+        self._ask(lambda: self._links.hold(self._links.of(peripheral)[0]))
+
     def power(self, *, on: bool, adapter: str = "hci0") -> None:
         """Switch an adapter on or off."""
         self._ask(lambda: self._scans.power(adapter, on=on))
@@ -201,6 +205,10 @@ class FakeBlueZ:
     def _serve(self, client: Client, call: Message) -> Message | None:
         path, interface, member = call.path or "", call.interface or "", call.member or ""
         self.log.append(Call(member, path, interface, call.body))
+        if member == self.faults.hangs_up_at:
+            self.faults.hangs_up_at = ""
+            self._bus.hang_up()
+            return None
         for name in (member, "*"):
             if name in self.faults.errors:
                 raise CallError(*self.faults.errors[name])

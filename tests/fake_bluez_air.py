@@ -141,6 +141,8 @@ class Faults:
         split: bytes per notification, 0 for as many as the robot sends.
         connect_errors: what the first attempts to connect fail with, ``le-connection-abort-by-local``…
         connect_hangs: an attempt to connect never ends.
+        most_connections: so many connections come about, and no more after them; 0 for any number.
+        gone_after_drop: the robot is out of range for good once its link fell, or did not come about.
         gone_after_scan: the device is forgotten as soon as a scan stops.
         gone_at_connect: the device is forgotten in the moment somebody connects to it.
         drops_in_discovery: so many connections fall before the services are known.
@@ -149,6 +151,7 @@ class Faults:
         drop_when_idle: seconds that an idle link lasts after the services are known, None for ever.
         write_error: ATT error code that every write with response gets, None for success.
         missing: services and characteristics that the table lacks.
+        asleep: it is not on the air; BlueZ remembers it from earlier, and tells of it while others scan.
     """
 
     lose_every: int = 0
@@ -156,6 +159,8 @@ class Faults:
     split: int = 0
     connect_errors: tuple[str, ...] = ()
     connect_hangs: bool = False
+    most_connections: int = 0
+    gone_after_drop: bool = False
     gone_after_scan: bool = False
     gone_at_connect: bool = False
     drops_in_discovery: int = 0
@@ -164,6 +169,7 @@ class Faults:
     drop_when_idle: float | None = None
     write_error: int | None = None
     missing: frozenset[str] = frozenset()
+    asleep: bool = False
 
 
 ACCESS_DENIED = (
@@ -186,6 +192,7 @@ class BusFaults:
         mute: the bus accepts connections and never says a word.
         errors: calls to BlueZ that fail, by method name, ``*`` for all: (error name, text).
         unanswered: calls to BlueZ that get no reply, by method name, ``*`` for all.
+        hangs_up_at: the call to BlueZ, by method name, at which the bus closes every connection, once.
     """
 
     absent: bool = False
@@ -193,6 +200,7 @@ class BusFaults:
     mute: bool = False
     errors: dict[str, tuple[str, str]] = field(default_factory=dict)
     unanswered: frozenset[str] = frozenset()
+    hangs_up_at: str = ""
 
 
 @dataclass

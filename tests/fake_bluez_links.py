@@ -69,6 +69,21 @@ class Links:
         """Return what the adapters know of a robot."""
         return [device for device in self.devices.values() if device.peripheral is peripheral]
 
+    def know(self, device: Device) -> None:
+        """Let BlueZ know a device from earlier, without having heard it now."""
+        known = device.properties()
+        del known["RSSI"]
+        self.objects.show(device.path, DEVICE, known)
+
+    def hold(self, device: Device) -> None:
+        """Let another program of this machine connect to a robot, and keep it."""
+        if device.path not in self.objects:
+            self.know(device)
+        device.connected = True
+        device.peripheral.start_connection()
+        self._tell_connected(device, up=True)
+        self._discover(device)
+
     def forget(self, device: Device) -> None:
         """Remove a device from BlueZ; it can be heard again."""
         self.fall(device)
@@ -79,6 +94,8 @@ class Links:
         if device.connected:
             self._go_down(device)
             self._tell_connected(device, up=False)
+            if device.peripheral.faults.gone_after_drop:
+                self.objects.hide(device.path)
 
     def gone(self, client: Client) -> None:
         """End what a D-Bus client that left waited for; its links stay up, as they do in BlueZ."""
@@ -95,6 +112,7 @@ class Links:
         peripheral = device.peripheral
         faults = peripheral.faults
         if faults.gone_at_connect:
+            peripheral.counts.connects += 1
             self.forget(device)
             raise unknown_method(call, "Object")
         if device.connected:
@@ -106,6 +124,8 @@ class Links:
         peripheral.counts.connects += 1
         if number < len(faults.connect_errors):
             self._fail_to_connect(device, faults.connect_errors[number])
+        if 0 < faults.most_connections <= peripheral.counts.connected:
+            raise BlueZError("Failed", "Software caused connection abort")
         if faults.connect_hangs or any(other.connected for other in self.of(peripheral)):
             device.connecting = client, call
             return

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 from dbus_fast import Message, Variant
 from fake_bluez_air import Peripheral
-from fake_bluez_device import ADAPTER, DEVICE, ROOT, Adapter
+from fake_bluez_device import ADAPTER, DEVICE, ROOT, Adapter, Device
 from fake_bluez_links import Links
 from fake_bluez_objects import BlueZError, Objects, returns
 from fake_bluez_wire import Client
@@ -106,9 +106,13 @@ class Scans:
         filters = [self._wanted.get((adapter, client), frozenset()) for client in self._scanners[adapter]]
         for device in self._links.devices.values():
             peripheral = device.peripheral
-            connected = any(other.connected for other in self._links.of(peripheral))
+            gone = peripheral.faults.gone_after_drop and peripheral.counts.connects > 0
+            connected = gone or any(other.connected for other in self._links.of(peripheral))
             wanted = any(not uuids or uuids & set(peripheral.uuids) for uuids in filters)
             if device.adapter != adapter or connected or not wanted:
+                continue
+            if peripheral.faults.asleep:
+                self._remember(device)
                 continue
             if device.path in self._objects:
                 self._objects.change(device.path, DEVICE, {"RSSI": Variant("n", peripheral.rssi)})
@@ -117,6 +121,13 @@ class Scans:
         self._rest(adapter)
         loop = asyncio.get_running_loop()
         self._rounds[adapter] = loop.call_later(ADVERTISING_SECONDS, self._advertise, adapter)
+
+    def _remember(self, device: Device) -> None:
+        """Let BlueZ tell of a device that it does not hear, which it does when any property changes."""
+        if device.path in self._objects:
+            self._objects.change(device.path, DEVICE, {"Trusted": Variant("b", False)})
+        else:
+            self._links.know(device)
 
     def _end(self, adapter: str) -> None:
         """Silence the robots once nobody scans any more."""

@@ -12,11 +12,10 @@ from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summar
 from sphero_probe.probing.judge import judge
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Malformed, Notification, Response
-from sphero_probe.reports import views
+from sphero_probe.reports import checks, views
 from sphero_probe.reports.registry import Style, open_report
 from sphero_probe.reports.rows import (
     Row,
-    check_row,
     code_row,
     command_row,
     fact_row,
@@ -201,7 +200,7 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
         "planned": (views.PLANNED, [planned_row(1, Command(1, 2, raw), None, Risk.READ, raw, text)]),
         "codes": (views.CODES, [code_row(V2, 5, text, text)]),
         "facts": (views.FACTS, [fact_row(text, text, text, text), fact_row("x", float("nan"))]),
-        "checks": (views.CHECKS, [check_row(text, text, text, text)]),
+        "checks": (checks.CHECKS, [checks.check_row(text, checks.Look(checks.State.FAIL, text, text))]),
     }
 
 

@@ -15,7 +15,6 @@ from sphero_probe.reports.registry import FORMATS
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "sphero_probe"
-HEAVY = ("asyncio", "bleak", "rich", "serialx")
 
 
 def test_layers_import_one_way(monkeypatch, capsys):
@@ -29,17 +28,6 @@ def imported_by(*arguments: str) -> set[str]:
     code += "print('\\n'.join(['IMPORTED', *sys.modules]))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(ran.stdout.split("IMPORTED\n")[1].split())
-
-
-def test_version_needs_not_even_click():
-    assert not {*HEAVY, "click"} & imported_by("--version")
-
-
-@pytest.mark.parametrize("command", [(), *((name,) for name in COMMANDS), ("plan", "check")], ids=" ".join)
-def test_help_needs_nothing_heavy(command):
-    modules = imported_by(*command, "--help")
-    assert "click" in modules
-    assert not {*HEAVY, "sphero_probe.catalogue", "sphero_probe.link"} & modules
 
 
 def test_a_sweep_of_a_fake_needs_no_bleak():

@@ -119,6 +119,15 @@ def test_zeros_are_the_shortest_payload_that_fits(text):
     assert layout.decode(zeros).problem == ""
 
 
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False))
+def test_floats_have_as_few_digits_as_tell_them_apart(number):
+    (shown,) = Layout("x:f32").decode(struct.pack(">f", number)).fields.values()
+    candidates = [float(f"{number:.{digits}g}") for digits in range(6, 10)]
+    fitting = [one for one in candidates if struct.pack(">f", one) == struct.pack(">f", number)]
+    assert math.copysign(1, shown) == math.copysign(1, number)
+    assert shown == fitting[0]
+
+
 @given(st.floats(width=32, allow_nan=False))
 def test_floats_keep_their_bytes(number):
     layout, payload = Layout("x:f32"), struct.pack(">f", number)

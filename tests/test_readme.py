@@ -24,6 +24,7 @@ def test_it_is_short_and_starts_with_a_transcript():
     assert len(LINES) >= 15
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("line", LINES)
 def test_every_line_runs(cli, line, monkeypatch, tmp_path):
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")

@@ -11,8 +11,8 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Silent
 from sphero_probe.probing.finding import Note
 from sphero_probe.protocol.packets import Command, Response
+from sphero_probe.reports.checks import Look, State, check_row
 from sphero_probe.reports.rows import (
-    check_row,
     code_row,
     command_row,
     fact_row,
@@ -226,9 +226,9 @@ def test_small_rows():
         "node": "primary",
     }
     assert fact_row("battery", 87, "%", "").data["node"] is None
-    assert check_row("adapter", "warn", "off", "switch it on") == (
+    assert check_row("adapter", Look(State.WARN, "off", "switch it on")) == (
         "check",
-        {"status": "warn", "name": "adapter", "detail": "off", "fix": "switch it on"},
+        {"name": "adapter", "state": "warn", "seen": "off", "fix": "switch it on"},
     )
 
 

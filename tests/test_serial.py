@@ -39,7 +39,8 @@ from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.transports import serial
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
-from sphero_probe.transports.serial import Port, SerialTransport, parse_port
+from sphero_probe.transports.serial import SerialTransport
+from sphero_probe.transports.serial_address import Port, parse_port
 
 CODEC = CODECS[Generation.V2]
 PATIENCE = 30
@@ -524,6 +525,59 @@ def test_without_serialx_the_command_that_installs_it_is_named(cli, monkeypatch)
     monkeypatch.setitem(sys.modules, "serialx", None)
     ran = cli("info", "--device", "serial:/dev/ttyS0")
     shown(ran, 9, "serialx, which is not installed", "pip install 'sphero-probe[serial]'")
+
+
+def told(device: str, **of_itself: str) -> serialx.SerialPortInfo:
+    """A port as serialx lists it, by another path than the one that people type."""
+    usb = dict.fromkeys(
+        ("vid", "pid", "serial_number", "manufacturer", "product", "bcd_device", "interface_num")
+    )
+    silent = usb | {"interface_description": None}
+    return serialx.SerialPortInfo(device=f"/by-id{device}", resolved_device=device, **(silent | of_itself))
+
+
+def test_ports_are_listed_with_what_they_tell_of_themselves(monkeypatch, tmp_path):
+    for name in ("rfcomm10", "rfcomm2", "rfkill"):
+        (tmp_path / name).touch()
+    found = [
+        told("/dev/ttyUSB10", manufacturer="FTDI", product="FT232R", interface_description="FT232R"),
+        told("/dev/ttyUSB9", product="CP2102"),
+        told("/dev/ttyS0"),
+    ]
+    monkeypatch.setattr(serial, "DEV", tmp_path)
+    monkeypatch.setattr(serialx, "list_serial_ports", lambda: found)
+    assert [tuple(port) for port in serial.ports() if "rfcomm" not in port.path] == [
+        ("/dev/ttyS0", ""),
+        ("/dev/ttyUSB9", "CP2102"),
+        ("/dev/ttyUSB10", "FTDI FT232R"),
+    ]
+    assert [tuple(port) for port in serial.ports() if "rfcomm" in port.path] == [
+        (str(tmp_path / "rfcomm2"), "Bluetooth Classic"),
+        (str(tmp_path / "rfcomm10"), "Bluetooth Classic"),
+    ]
+
+
+def test_a_machine_without_ports_lists_none(monkeypatch, tmp_path):
+    monkeypatch.setattr(serial, "DEV", tmp_path / "missing")
+    monkeypatch.setattr(serialx, "list_serial_ports", list)
+    assert serial.ports() == []
+
+
+@pytest.mark.parametrize("raised", [PermissionError(errno.EACCES, "sysfs"), ValueError("no number")])
+def test_ports_that_cannot_be_listed(monkeypatch, raised):
+    def fail() -> list[serialx.SerialPortInfo]:
+        raise raised
+
+    monkeypatch.setattr(serialx, "list_serial_ports", fail)
+    with pytest.raises(UnavailableError, match="cannot be listed") as caught:
+        serial.ports()
+    assert caught.value.hint
+
+
+def test_listing_ports_needs_serialx(monkeypatch):
+    monkeypatch.setitem(sys.modules, "serialx", None)
+    with pytest.raises(UnavailableError, match="serialx, which is not installed"):
+        serial.ports()
 
 
 @pytest.mark.parametrize(

@@ -164,8 +164,12 @@ def _shortest(value: float) -> float | str:
     if value != value or value in (float("inf"), float("-inf")):  # noqa: PLR0124  NaN is unequal to itself
         return str(value)
     pack = _NUMBERS["f32"].pack
-    candidates = (float(f"{value:.{digits}g}") for digits in range(6, 10))
-    return next(short for short in candidates if pack(short) == pack(value))
+    whole = pack(value)
+    for digits in (6, 7, 8):
+        short = float(f"{value:.{digits}g}")
+        if pack(short) == whole:
+            return short
+    return float(f"{value:.9g}")  # as many as any 32-bit float needs
 
 
 def put(field: Field, value: object) -> bytes:

@@ -1,16 +1,43 @@
 """The command line: words in, an exit code out. Nothing heavy is imported before a command needs it."""
 
+import os
 import sys
-from typing import NoReturn
 
 from sphero_probe import __version__
 
+TYPE_CHECKING = False  # what typing has; importing it would double the time of --version
+if TYPE_CHECKING:
+    from typing import Final, NoReturn
 
-def main() -> NoReturn:
+    import click
+
+NAME: "Final" = "sphero-probe"
+COMPLETE_VARIABLE: "Final" = "_SPHERO_PROBE_COMPLETE"
+"""Set by the completion scripts when they ask what to offer."""
+
+
+def main() -> "NoReturn":
     """Run ``sphero-probe`` on the process's arguments and exit."""
     if sys.argv[1:] == ["--version"]:
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
+    if COMPLETE_VARIABLE in os.environ:
+        from sphero_probe.cli.shells import answer
+
+        sys.exit(answer())
     from sphero_probe.cli.failures import run_and_exit
 
     run_and_exit(sys.argv[1:])
+
+
+def __dir__() -> list[str]:
+    return [*globals(), "everything"]
+
+
+def __getattr__(name: str) -> "click.Group":
+    """Give the group with all its commands imported, as ``click-man`` looks for it beside ``main``."""
+    if name != "everything":
+        raise AttributeError(name)
+    from sphero_probe.cli import group
+
+    return group.whole_group()

@@ -2,13 +2,20 @@
 
 import click
 
+from sphero_probe.cli.completing import offer_filters, offer_robots
 from sphero_probe.cli.options import output_options
 from sphero_probe.cli.output import Output
 
 
 @click.command("catalog")
-@click.argument("pattern", required=False, metavar="[FILTER]")
-@click.option("--robot", "model", metavar="MODEL", help="Only what this robot has, like bolt.")
+@click.argument("pattern", required=False, metavar="[FILTER]", shell_complete=offer_filters)
+@click.option(
+    "--robot",
+    "model",
+    metavar="MODEL",
+    help="Only what this robot has, like bolt.",
+    shell_complete=offer_robots,
+)
 @click.option("--v1", "generation", flag_value="v1", help="Only those of the first generation.")
 @click.option("--v2", "generation", flag_value="v2", help="Only those of the second generation.")
 @output_options

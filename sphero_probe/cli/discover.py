@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sphero_probe.cli.completing import offer_dids
 from sphero_probe.cli.options import (
     Keeping,
     asking_options,
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
 
 
 @click.command("discover")
-@click.option("--did", metavar="IDS", help="Only these device ids.  [default: all 256]")
+@click.option(
+    "--did", metavar="IDS", help="Only these device ids.  [default: all 256]", shell_complete=offer_dids
+)
 @click.option("--lengths", is_flag=True, help="Also find out which lengths an unknown command takes.")
 @click.option("--values", is_flag=True, help="Also try values where one was refused.")
 @asking_options

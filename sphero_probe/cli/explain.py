@@ -2,12 +2,13 @@
 
 import click
 
+from sphero_probe.cli.completing import offer_commands
 from sphero_probe.cli.options import output_options
 from sphero_probe.cli.output import Output
 
 
 @click.command("explain")
-@click.argument("subject", metavar="CODE | DID:CID | NAME")
+@click.argument("subject", metavar="CODE | DID:CID | NAME", shell_complete=offer_commands)
 @click.option("--v1", is_flag=True, help="As the first generation means it: Sphero, SPRK+, Ollie, BB-8.")
 @output_options
 def command(output: Output, subject: str, v1: bool) -> None:

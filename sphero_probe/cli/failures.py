@@ -1,20 +1,19 @@
 """The outermost layer: whatever goes wrong becomes a line or two on standard error and an exit code."""
 
 import os
-import signal
 import sys
-import tempfile
-import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final, NoReturn
 
 import click
 
+from sphero_probe.cli import NAME
 from sphero_probe.errors import OutputError, SpheroProbeError, UsageError
 
 BUG: Final = 70
-INTERRUPTED: Final = 128 + signal.SIGINT
+INTERRUPTED: Final = 130
+"""128 and the number of SIGINT; the module with its name is not imported for that."""
 
 
 class InterruptedRunError(Exception):
@@ -47,7 +46,7 @@ def run(arguments: Sequence[str]) -> int:
         return _run(arguments)
     except (SpheroProbeError, click.ClickException, OSError) as error:
         if debug:
-            traceback.print_exc()
+            _show_traceback()
         return _say(error)
     except (KeyboardInterrupt, click.Abort):
         _tell("interrupted")
@@ -56,7 +55,7 @@ def run(arguments: Sequence[str]) -> int:
         return 128 + stopped.number
     except Exception:  # noqa: BLE001 - the last net: a bug is reported, not dumped
         if debug:
-            traceback.print_exc()
+            _show_traceback()
         return _report_bug()
 
 
@@ -64,11 +63,22 @@ def _run(arguments: Sequence[str]) -> int:
     from sphero_probe.cli.group import group
 
     try:  # not group.main: it would end the process by itself when a pipe is closed
-        with group.make_context("sphero-probe", list(arguments)) as context:
+        with group.make_context(NAME, list(arguments), terminal_width=_help_width()) as context:
             group.invoke(context)
     except click.exceptions.Exit as ended:
         return ended.exit_code
     return 0
+
+
+def _help_width() -> int:
+    """Return the columns that help fills, as click counts them; click would import shutil for that."""
+    columns = os.environ.get("COLUMNS", "")
+    if not (columns.isdecimal() and columns.isascii() and int(columns[:6])):
+        try:
+            columns = str(os.get_terminal_size(sys.__stdout__.fileno()).columns)  # type: ignore[union-attr]
+        except (OSError, ValueError, AttributeError):
+            columns = ""
+    return max(min(int(columns[:6] or 0) or 80, 80) - 2, 50)
 
 
 def _say(error: SpheroProbeError | click.ClickException | OSError) -> int:
@@ -103,7 +113,16 @@ def _tell(message: str, hint: str = "") -> None:
             click.echo(f"  {visible(hint, limit=400)}", err=True)
 
 
+def _show_traceback() -> None:
+    import traceback
+
+    traceback.print_exc()
+
+
 def _report_bug() -> int:
+    import tempfile
+    import traceback
+
     with tempfile.NamedTemporaryFile(
         "w", prefix="sphero-probe-", suffix=".txt", delete=False, encoding="utf-8"
     ) as file:

@@ -1,11 +1,14 @@
 """The command group: a command's module is imported when it is called, not when help is asked."""
 
 from importlib import import_module
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
 from sphero_probe import __version__
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 COMMANDS: Final[dict[str, str]] = {
     "scan": "List the robots nearby.",
@@ -21,6 +24,8 @@ COMMANDS: Final[dict[str, str]] = {
     "plan": "List, show and check probe plans.",
     "report": "Show a run again, in any format.",
     "runs": "List the runs whose journals are kept.",
+    "doctor": "Tell whether this machine can reach a robot, and what to mend.",
+    "completion": "Print the script that completes commands in a shell.",
 }
 """Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.<name>``."""
 
@@ -39,6 +44,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = import_module(f"sphero_probe.cli.{cmd_name}").command
+        command.short_help = COMMANDS[cmd_name]
         return command
 
     def resolve_command(
@@ -58,6 +64,14 @@ class LazyGroup(click.Group):
             )
         return super().resolve_command(ctx, args)
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem[Any]]":
+        """Offer the commands without importing them, and the options."""
+        from click.shell_completion import CompletionItem
+
+        offers = [CompletionItem(name, help=said) for name, said in COMMANDS.items()]
+        begun = [offer for offer in offers if offer.value.startswith(incomplete)]
+        return [*begun, *click.Command.shell_complete(self, ctx, incomplete)]
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands' lines without importing them."""
         del ctx
@@ -73,3 +87,20 @@ def group() -> None:
     It asks the robot first, proves that a probe is harmless before sending it, and says "inconclusive"
     rather than a wrong word. No robot at hand? Try --device fake:bolt-plus.
     """
+
+
+def whole_group() -> click.Group:
+    """Return the group with every command imported and each summed up in a sentence: a manual needs both."""
+    context = click.Context(group)
+    for name in COMMANDS:
+        if command := group.get_command(context, name):
+            group.add_command(command, name)
+    _sum_up(group)
+    return group
+
+
+def _sum_up(command: click.Command) -> None:
+    if not command.short_help:
+        command.short_help = " ".join((command.help or "").partition("\n\n")[0].split())
+    for member in command.commands.values() if isinstance(command, click.Group) else ():
+        _sum_up(member)

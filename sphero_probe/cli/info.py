@@ -8,7 +8,7 @@ from sphero_probe.cli.options import device_options, output_options
 from sphero_probe.cli.output import Output
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from sphero_probe.catalogue.model import Robot
     from sphero_probe.probing.finding import Finding
@@ -25,6 +25,7 @@ def command(output: Output, device: str, **connecting: object) -> None:
 
     Example: sphero-probe info --device fake:bolt-plus
     """
+    from sphero_probe.catalogue.roles import FACTS as ASKED
     from sphero_probe.cli.interrupts import Interrupts, run_interruptible
     from sphero_probe.cli.running import start_run
     from sphero_probe.cli.session import consent_of, open_session
@@ -43,29 +44,38 @@ def command(output: Output, device: str, **connecting: object) -> None:
             rows.append(fact_row("model", robot.name if robot else "unknown", "", ""))
             rows.append(fact_row("generation", connection.generation.value, "", ""))
             rows.append(fact_row("address", connection.address, "", ""))
+            names = ASKED[connection.generation]
             plan = Plan(
                 "info",
                 "what a robot says about itself",
-                [list(_probes(connection.generation, robot, connection.port))],
+                [list(probes_of(names, connection.generation, robot, connection.port))],
             )
             run = start_run(plan, session, None, interrupts)
             async for _ in run.records():
                 pass
             for finding in sorted(run.findings, key=lambda finding: finding.number):
-                rows.extend(_rows(finding, robot))
+                rows.extend(facts_of(finding, robot))
 
     run_interruptible(interrupts, work())
     output.show(FACTS, rows)
 
 
-def _probes(generation: "Generation", robot: "Robot | None", port: int) -> "Iterator[Probe]":
-    """Yield a read per fact, on each node that serves it."""
+def probes_of(
+    names: "Iterable[str]", generation: "Generation", robot: "Robot | None", port: int
+) -> "Iterator[Probe]":
+    """Yield a read per fact, on each node that serves it.
+
+    Args:
+        names: the commands that ask for the facts.
+        generation: whose catalogue has them.
+        robot: the model, None where it is not known.
+        port: the port nibble on this kind of line.
+    """
     from sphero_probe.catalogue import row_by_name
-    from sphero_probe.catalogue.roles import FACTS
     from sphero_probe.probing.plan import Probe
     from sphero_probe.protocol.packets import Command
 
-    for name in FACTS[generation]:
+    for name in names:
         row = row_by_name(generation, name)
         if row is None:
             continue
@@ -76,8 +86,13 @@ def _probes(generation: "Generation", robot: "Robot | None", port: int) -> "Iter
             yield Probe(Command(row.did, row.cid, b"", None if node is None else port << 4 | node))
 
 
-def _rows(finding: "Finding", robot: "Robot | None") -> "Iterator[Row]":
-    """Yield what one answer says; an answer that is none says nothing about the robot."""
+def facts_of(finding: "Finding", robot: "Robot | None") -> "Iterator[Row]":
+    """Yield what one answer says; an answer that is none says nothing about the robot.
+
+    Args:
+        finding: of a probe of ``probes_of``.
+        robot: the model, None where it is not known.
+    """
     from sphero_probe.catalogue.roles import VERSION_FIELDS
     from sphero_probe.link.exchange import Answered
     from sphero_probe.probing.notes import node_name

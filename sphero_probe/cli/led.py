@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sphero_probe.cli.completing import offer_lamps
 from sphero_probe.cli.options import (
     Keeping,
     asking_options,
@@ -23,7 +24,12 @@ if TYPE_CHECKING:
 @click.option("--front", metavar="RRGGBB", help="The front lamp (on a Mini: the body).")
 @click.option("--back", metavar="RRGGBB", help="The back lamp.")
 @click.option(
-    "--led", "lamps", multiple=True, metavar="NAME=RRGGBB", help="Any lamp by name; may be repeated."
+    "--led",
+    "lamps",
+    multiple=True,
+    metavar="NAME=RRGGBB",
+    help="Any lamp by name; may be repeated.",
+    shell_complete=offer_lamps,
 )
 @click.option("--off", is_flag=True, help="Every lamp off that is not named.")
 @asking_options

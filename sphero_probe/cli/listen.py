@@ -62,17 +62,21 @@ def command(
         consent = consent_of(allow, confirm)
         async with open_session(device, consent, **connecting) as session:  # type: ignore[arg-type]
             lines = output if output.chosen or output.file else output._replace(chosen="plain")
-            with lines.report(HEARD) as report:
+            with lines.report(HEARD, live=True) as report:
                 ear = _Ear(session, report, count, stop)
                 for text in commands:
                     await _send(session, text, ear)
                 await _wait(session, stop, seconds)
+                ear.complain()
 
     run_interruptible(interrupts, work())
 
 
 class _Ear:
-    """Reports every aside of a link as it comes, sensor streams by what was switched on."""
+    """Reports every aside of a link as it comes, sensor streams by what was switched on.
+
+    Once nobody takes the report any more, it stops; the link does not suffer from that.
+    """
 
     def __init__(self, session: "Session", report: "Report", count: int | None, stop: "Event") -> None:
         from sphero_probe.catalogue.sensors import Masks
@@ -82,6 +86,7 @@ class _Ear:
         self._left = count
         self._stop = stop
         self._masks = Masks()
+        self._failed: OSError | None = None
         session.link.on_aside = self._hear
 
     def expect(self, command: "Command") -> None:
@@ -90,14 +95,30 @@ class _Ear:
 
         self._masks = masks_after(self._session.connection.generation, self._masks, command)
 
+    def complain(self) -> None:
+        """Tell what kept the report from being written.
+
+        Raises:
+            OSError: the disk is full, or the reader is gone.
+        """
+        if self._failed:
+            raise self._failed
+
     def _hear(self, aside: "Aside") -> None:
+        if self._left == 0 or self._failed:
+            return
+        try:
+            self._tell(aside)
+        except OSError as error:
+            self._failed = error
+            self._stop.set()
+
+    def _tell(self, aside: "Aside") -> None:
         from datetime import UTC, datetime
 
         from sphero_probe.link.exchange import Late
         from sphero_probe.reports.rows import packet_row
 
-        if self._left == 0:
-            return
         connection, codec = self._session.connection, self._session.link.codec
         packet = aside.response if isinstance(aside, Late) else aside
         row = packet_row(packet, connection.generation, codec.frame_of(packet), connection.robot)

@@ -5,6 +5,7 @@ from typing import Any, Final, NamedTuple
 
 import click
 
+from sphero_probe.cli.completing import offer_devices, offer_files, offer_nodes, offer_runs
 from sphero_probe.cli.output import COLOURS, FORMATS, Output
 
 Command = Callable[..., Any]
@@ -41,7 +42,14 @@ def output_options(function: Command) -> Command:
     for option in (
         click.option("--debug", is_flag=True, help="Show tracebacks."),
         click.option("--color", type=click.Choice(COLOURS), default="auto", help="When to colour."),
-        click.option("-o", "--output", "output_file", metavar="FILE", help="Write there instead of stdout."),
+        click.option(
+            "-o",
+            "--output",
+            "output_file",
+            metavar="FILE",
+            help="Write there instead of stdout.",
+            shell_complete=offer_files,
+        ),
         click.option("--json", "as_json", is_flag=True, help="The same as --format json."),
         click.option(
             "--format",
@@ -66,7 +74,12 @@ def journal_options(function: Command) -> Command:
     decorated = _instead_of(function, collect)
     for option in (
         click.option("--no-journal", is_flag=True, help="Keep no journal of the run."),
-        click.option("--journal", metavar="FILE", help="Keep it there.  [default: see sphero-probe runs]"),
+        click.option(
+            "--journal",
+            metavar="FILE",
+            help="Keep it there.  [default: see sphero-probe runs]",
+            shell_complete=offer_files,
+        ),
     ):
         decorated = option(decorated)
     return decorated
@@ -75,7 +88,10 @@ def journal_options(function: Command) -> Command:
 def resume_option(function: Command) -> Command:
     """Give a command with ``journal_options`` ``--resume``, too."""
     decorated: Command = click.option(
-        "--resume", metavar="RUN", help="Go on with an interrupted run: its journal, or last."
+        "--resume",
+        metavar="RUN",
+        help="Go on with an interrupted run: its journal, or last.",
+        shell_complete=offer_runs,
     )(function)
     return decorated
 
@@ -88,8 +104,13 @@ def _instead_of(function: Command, collect: Command) -> Command:
     return collect
 
 
-def device_options(function: Command) -> Command:
-    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``."""
+def device_options(function: Command, *, unnamed: str = "the only robot nearby") -> Command:
+    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``.
+
+    Args:
+        function: the command.
+        unnamed: what is done without ``--device``, for the help.
+    """
     for option in (
         click.option("-v", "--verbose", is_flag=True, help="Show each step of connecting."),
         click.option(
@@ -106,7 +127,8 @@ def device_options(function: Command) -> Command:
             envvar="SPHERO_PROBE_DEVICE",
             default="",
             metavar="ROBOT",
-            help="Name or address (BP-1234), or fake:bolt-plus; default: the only robot nearby.",
+            help=f"Name, its beginning (BP-12), address, or fake:bolt-plus; default: {unnamed}.",
+            shell_complete=offer_devices,
         ),
     ):
         function = option(function)
@@ -134,7 +156,10 @@ def asking_options(function: Command) -> Command:
             help="Until a command counts as silent.  [default: 1]",
         ),
         click.option(
-            "--target", metavar="NODE", help="primary, secondary, 0x12 or none; default: the robot's usual."
+            "--target",
+            metavar="NODE",
+            help="primary, secondary, 0x12 or none; default: the robot's usual.",
+            shell_complete=offer_nodes,
         ),
     ):
         function = option(function)

@@ -1,11 +1,9 @@
 """Rows in, the chosen format out: streams, colour and width are decided here."""
 
 import os
-import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, TextIO
 
 from sphero_probe.errors import OutputError
@@ -40,12 +38,16 @@ class Output(NamedTuple):
         if self.chosen:
             return self.chosen
         if self.file:
-            return _BY_SUFFIX.get(Path(self.file).suffix.lower(), "plain")
+            return _BY_SUFFIX.get(os.path.splitext(self.file)[1].lower(), "plain")  # noqa: PTH122 - as below
         return "table" if sys.stdout.isatty() else "plain"
 
     @contextmanager
-    def report(self, view: "View") -> "Iterator[Report]":
+    def report(self, view: "View", *, live: bool = False) -> "Iterator[Report]":
         """Open a report; it is closed, and the file with it, on leaving.
+
+        Args:
+            view: the rows that the tabular formats show.
+            live: every row reaches the reader as it is added, as far as the format writes row by row.
 
         Raises:
             OutputError: the file cannot be written.
@@ -56,7 +58,7 @@ class Output(NamedTuple):
         with self._stream() as stream:
             report = open_report(self.format, stream, view=view, style=self._style(stream))
             try:
-                yield report
+                yield _Flushed(report, stream) if live else report
             finally:
                 report.close()
                 stream.flush()
@@ -78,19 +80,41 @@ class Output(NamedTuple):
             yield sys.stdout
             return
         try:
-            with Path(self.file).open("w", encoding="utf-8", newline="") as stream:
+            with open(self.file, "w", encoding="utf-8", newline="") as stream:  # noqa: PTH123 - pathlib would slow down --help
                 yield stream
         except OSError as error:
             raise OutputError(f"cannot write {self.file}: {error.strerror}") from error
 
     def _style(self, stream: TextIO) -> "Style":
+        import shutil
+
         from sphero_probe.reports.registry import Style
 
-        unicode = (stream.encoding or "").lower().replace("-", "").startswith("utf")
         width = (
             shutil.get_terminal_size((100, 24)).columns if stream.isatty() or "COLUMNS" in os.environ else 100
         )
-        return Style(width, wants_color(self.color, stream), unicode)
+        return Style(width, wants_color(self.color, stream), takes_unicode(stream))
+
+
+def takes_unicode(stream: TextIO) -> bool:
+    """Tell whether a stream's encoding has all characters."""
+    return (stream.encoding or "").lower().replace("-", "").startswith("utf")
+
+
+class _Flushed:
+    """A report that holds no row back."""
+
+    def __init__(self, report: "Report", stream: TextIO) -> None:
+        self._report = report
+        self._stream = stream
+
+    def add(self, row: "Row") -> None:
+        self._report.add(row)
+        self._stream.flush()
+
+    def close(self) -> None:
+        self._report.close()
+        self._stream.flush()
 
 
 def wants_color(choice: str, stream: TextIO) -> bool:

@@ -2,6 +2,7 @@
 
 import click
 
+from sphero_probe.cli.completing import offer_plans, offer_robots
 from sphero_probe.cli.options import output_options
 from sphero_probe.cli.output import Output
 
@@ -28,8 +29,14 @@ def list_plans(output: Output) -> None:
 
 
 @command.command("show")
-@click.argument("file", metavar="FILE | NAME")
-@click.option("--robot", "model", metavar="MODEL", help="As this robot understands the commands.")
+@click.argument("file", metavar="FILE | NAME", shell_complete=offer_plans)
+@click.option(
+    "--robot",
+    "model",
+    metavar="MODEL",
+    help="As this robot understands the commands.",
+    shell_complete=offer_robots,
+)
 @output_options
 def show(output: Output, file: str, model: str | None) -> None:
     """Show the probes of a plan.
@@ -52,7 +59,7 @@ def show(output: Output, file: str, model: str | None) -> None:
 
 
 @command.command("check")
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=offer_plans)
 def check(files: tuple[str, ...]) -> None:
     """Check that plan files can be loaded and hold probes.
 

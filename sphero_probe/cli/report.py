@@ -2,12 +2,13 @@
 
 import click
 
+from sphero_probe.cli.completing import offer_runs
 from sphero_probe.cli.options import output_options
 from sphero_probe.cli.output import Output
 
 
 @click.command("report")
-@click.argument("run", metavar="RUN")
+@click.argument("run", metavar="RUN", shell_complete=offer_runs)
 @output_options
 def command(output: Output, run: str) -> None:
     """Show a run again, in any format.

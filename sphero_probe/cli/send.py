@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sphero_probe.cli.completing import offer_commands
 from sphero_probe.cli.options import (
     Keeping,
     asking_options,
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 
 
 @click.command("send")
-@click.argument("what", nargs=-1, required=True, metavar="DID CID [HEX] | NAME [HEX]")
+@click.argument(
+    "what", nargs=-1, required=True, metavar="DID CID [HEX] | NAME [HEX]", shell_complete=offer_commands
+)
 @asking_options
 @device_options
 @journal_options

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sphero_probe.cli.completing import offer_dids, offer_plans
 from sphero_probe.cli.options import (
     Keeping,
     asking_options,
@@ -22,9 +23,17 @@ if TYPE_CHECKING:
 
 
 @click.command("sweep")
-@click.option("--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.")
+@click.option(
+    "--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.", shell_complete=offer_dids
+)
 @click.option("--cid", metavar="IDS", help="Command ids.  [default: 0x00-0xff]")
-@click.option("--plan", "plan_file", metavar="FILE", help="A plan file, or the name of a shipped plan.")
+@click.option(
+    "--plan",
+    "plan_file",
+    metavar="FILE",
+    help="A plan file, or the name of a shipped plan.",
+    shell_complete=offer_plans,
+)
 @click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
 @asking_options
 @device_options

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sphero_probe.errors import BadInputFileError, OutputError
-from sphero_probe.probing.journal import Journal
+
+if TYPE_CHECKING:
+    from sphero_probe.probing.journal import Journal
 
 LAST: Final = "last"
 """Stands for the journal that was written last."""
@@ -37,7 +39,7 @@ def slug(text: str) -> str:
     return _NOT_SLUG.sub("-", text[:200].lower()).strip("-")[:_SLUG].strip("-")
 
 
-def create_journal(robot: str, plan: str, *, now: datetime) -> Journal:
+def create_journal(robot: str, plan: str, *, now: datetime) -> "Journal":
     """Open a new journal in the folder.
 
     Args:
@@ -48,6 +50,8 @@ def create_journal(robot: str, plan: str, *, now: datetime) -> Journal:
     Raises:
         OutputError: it cannot be written.
     """
+    from sphero_probe.probing.journal import Journal  # noqa: PLC0415 - brings asyncio, which listing does without
+
     folder = runs_folder()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -10,15 +10,20 @@ SCHEMA_VERSION: Final = 1
 """Of the rows' keys and their meaning; stands in the first object of a document."""
 
 
+_encode = json.JSONEncoder(allow_nan=False).encode  # json.dumps would make an encoder for every row
+
+
 def object_text(row: Row, *, first: bool) -> str:
     """Return the object of a row: its type, the schema's version in the first of a document, its data."""
-    version = {"schema_version": SCHEMA_VERSION} if first else {}
-    whole = {"type": row.type} | version | row.data
+    if first:
+        whole = {"type": row.type, "schema_version": SCHEMA_VERSION} | row.data
+    else:
+        whole = {"type": row.type, **row.data}
     try:
-        text = json.dumps(whole, allow_nan=False)
+        text = _encode(whole)
     except ValueError:
-        text = json.dumps(_finite(whole), allow_nan=False)
-    return text.replace("\x7f", "\\u007f")
+        text = _encode(_finite(whole))
+    return text.replace("\x7f", "\\u007f") if "\x7f" in text else text
 
 
 def _finite(value: object) -> object:

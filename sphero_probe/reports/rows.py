@@ -5,10 +5,11 @@ texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What 
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple, assert_never
+from typing import Final, NamedTuple, assert_never
 
-from sphero_probe.catalogue import lookup, notification_row, rows_of
+from sphero_probe.catalogue import ROBOTS, lookup, notification_row, rows_of
 from sphero_probe.catalogue.layout import Decoded
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
@@ -26,6 +27,9 @@ from sphero_probe.protocol.packets import (
     Verdict,
 )
 from sphero_probe.transports.base import Seen
+
+UNKNOWN_SPHERO: Final = "unknown Sphero"
+"""The model of a robot whose services are a Sphero's and whose name is not."""
 
 
 class Row(NamedTuple):
@@ -123,17 +127,20 @@ def summary_row(summary: Summary) -> Row:
 
 
 def robot_row(seen: Seen) -> Row:
-    """Return the row of a robot heard in a scan; ``rssi`` is in dBm."""
-    return Row(
-        "robot",
-        {
-            "name": seen.name,
-            "model": seen.robot.name if seen.robot else None,
-            "generation": seen.robot.generation.value if seen.robot else None,
-            "address": seen.address,
-            "rssi": seen.rssi,
-        },
-    )
+    """Return the row of a robot of a scan; ``rssi`` is in dBm, null where the robot was not heard.
+
+    ``connected`` is there, and true, for a robot that is connected to this machine already.
+    """
+    model = seen.robot.name if seen.robot else UNKNOWN_SPHERO if seen.is_sphero else None
+    generation = seen.robot.generation if seen.robot else seen.generation
+    keys: dict[str, object] = {
+        "name": seen.name,
+        "model": model,
+        "generation": generation.value if generation else None,
+        "address": seen.address,
+        "rssi": seen.rssi,
+    }
+    return Row("robot", keys | {"connected": True} if seen.connected else keys)
 
 
 def packet_row(packet: Packet, generation: Generation, raw: bytes, robot: Robot | None = None) -> Row:
@@ -195,7 +202,15 @@ def _known(
     generation: Generation, pair: tuple[int | None, int | None], kind: Kind, robot: Robot | None
 ) -> CommandRow | None:
     """The catalogue's row of a pair, one in the given role where there is any."""
-    did, cid = pair
+    return _looked_up(generation, *pair, kind, robot.key if robot else "")
+
+
+@lru_cache(maxsize=1024)
+def _looked_up(
+    generation: Generation, did: int | None, cid: int | None, kind: Kind, key: str
+) -> CommandRow | None:
+    """The same by a robot's key; packets come in streams, so the last ones are kept."""
+    robot = ROBOTS.get(key)
     if cid is None:
         return None
     if kind is Kind.NOTIFICATION:
@@ -273,8 +288,3 @@ def code_row(generation: Generation, code: int, name: str, meaning: str) -> Row:
 def fact_row(name: str, value: object, unit: str = "", node: str | None = None) -> Row:
     """Return the row of what a robot says about itself; ``node`` is a node's name, null for the robot."""
     return Row("fact", {"name": name, "value": value, "unit": unit, "node": node or None})
-
-
-def check_row(name: str, status: str, detail: str, fix: str = "") -> Row:
-    """Return the row of one look at this machine; ``status`` is ``ok``, ``warn`` or ``fail``."""
-    return Row("check", {"status": status, "name": name, "detail": detail, "fix": fix})

@@ -152,6 +152,7 @@ ROBOTS: Final = View(
         _both("generation", "Protocol", whole=True),
         _both("address"),
         _both("rssi", "RSSI dBm", right=True, whole=True),
+        _table("Note", lambda data: "connected to this machine" if data.get("connected") else ""),
     ),
     "No robots.",
 )
@@ -268,12 +269,6 @@ FACTS: Final = View(
         _both("node"),
     ),
     "The robot told nothing about itself.",
-)
-
-CHECKS: Final = View(
-    "check",
-    (_both("status", whole=True), _both("name", "What"), _both("detail"), _both("fix", "What to do")),
-    "Nothing was checked.",
 )
 
 RUNS: Final = View(

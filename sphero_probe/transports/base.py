@@ -1,11 +1,23 @@
 """The seam below the link: a byte pipe to a robot, and what opening one tells."""
 
+import re
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.protocol.packets import Generation
+
+HARDWARE_ADDRESS: Final = re.compile(
+    r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}|[0-9A-Fa-f]{8}(-[0-9A-Fa-f]{4}){3}-[0-9A-Fa-f]{12}"
+)
+"""A MAC address, or the identifier that macOS gives instead."""
+WHY_UNHEARD: Final = (
+    "is it awake (shake it), in range and charged, and not connected to a phone or another program?"
+)
+"""The likely reasons why a robot is not heard, for people."""
+TRY_FAKE: Final = "or try --device fake:bolt-plus"
+"""What to do where there is no robot, or no way to one; the end of a hint."""
 
 
 class Transport(Protocol):
@@ -51,19 +63,28 @@ class Connection(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A robot heard in a scan.
+    """A robot, or whatever else is near.
 
     Attributes:
         name: as advertised; a stranger's text.
         robot: the model that the prefix tells, None for an unknown one.
         address: MAC address, or an opaque identifier on macOS.
-        rssi: signal strength in dBm.
+        rssi: signal strength in dBm; None where it is not told, as for what was not heard in this scan.
+        generation: the protocol of the services it offers; None where they tell none.
+        connected: it is connected to this machine already, which is why it does not advertise.
     """
 
     name: str
     robot: Robot | None
     address: str
-    rssi: int
+    rssi: int | None
+    generation: Generation | None = None
+    connected: bool = False
+
+    @property
+    def is_sphero(self) -> bool:
+        """Whether its name or its services are those of a Sphero."""
+        return self.robot is not None or self.generation is not None
 
 
 class OpenOptions(NamedTuple):

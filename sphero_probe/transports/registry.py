@@ -1,13 +1,14 @@
 """Addresses in, open connections out: which scheme is opened by which module."""
 
 import re
+from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
 from difflib import get_close_matches
 from importlib import import_module
 from typing import Final, NamedTuple
 
 from sphero_probe.errors import UsageError
-from sphero_probe.transports.base import Connection, OpenOptions, Seen
+from sphero_probe.transports.base import HARDWARE_ADDRESS, Connection, OpenOptions, Seen
 
 SCHEMES: Final[dict[str, str]] = {
     "ble": "sphero_probe.transports.ble",
@@ -19,7 +20,6 @@ SCHEMES: Final[dict[str, str]] = {
 has another name; imported when it is opened."""
 
 _SCHEME = re.compile(r"([a-z]+):(.*)", re.DOTALL)
-_MAC = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
 
 
 class DeviceAddress(NamedTuple):
@@ -48,7 +48,7 @@ def parse_address(text: str) -> DeviceAddress:
     if not text:
         raise UsageError("empty device address", "try --device fake:bolt-plus")
     match = _SCHEME.fullmatch(text)
-    if match is None or _MAC.fullmatch(text):
+    if match is None or HARDWARE_ADDRESS.fullmatch(text):
         return DeviceAddress("ble", text)
     scheme, rest = match.groups()
     if scheme not in SCHEMES:
@@ -77,7 +77,7 @@ def open_transport(
 
 
 async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
-    """Return the robots nearby, strongest first.
+    """Return the robots nearby, strongest first, and then those that this machine is connected to.
 
     Args:
         options: time and adapter.
@@ -88,3 +88,17 @@ async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
     """
     seen: list[Seen] = await import_module(SCHEMES["ble"]).scan(options, everything=everything)
     return seen
+
+
+async def watch(options: OpenOptions, on_seen: Callable[[Seen], None], *, everything: bool = False) -> None:
+    """Tell of every robot each time it is heard.
+
+    Args:
+        options: time, which may be infinite, and adapter.
+        on_seen: told what is known of the one that was heard; it must not raise.
+        everything: also of what is no Sphero.
+
+    Raises:
+        UnavailableError: no Bluetooth here, or not any more.
+    """
+    await import_module(SCHEMES["ble"]).watch(options, on_seen, everything=everything)

@@ -2,14 +2,12 @@
 
 import asyncio
 import errno
+import re
 from collections.abc import AsyncIterator
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
-from difflib import get_close_matches
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, cast
-from urllib.parse import unquote
 
-from sphero_probe.catalogue import ROBOTS, robot_by_word
-from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import (
     ConnectionFailedError,
     LinkLostError,
@@ -19,23 +17,22 @@ from sphero_probe.errors import (
     UsageError,
 )
 from sphero_probe.transports.base import Connection, OpenOptions
+from sphero_probe.transports.serial_address import LIKE, PORT, USUAL, Port, parse_port
 
 if TYPE_CHECKING:
-    from serialx import BaseSerialTransport
+    from serialx import BaseSerialTransport, SerialPortInfo
 
-BAUD: Final = 115200
-"""Bits per second of an RVR's UART, at 8 data bits, no parity, one stop bit [vendor]."""
-PORT: Final = 0
-"""The port nibble of addresses on a wire: nodes are 0x01 and 0x02 [real, RVR]."""
-USUAL: Final = {"serial": "rvr", "rfcomm": "sphero"}
-"""Scheme of an address -> the robot to assume where ``robot=`` names none."""
 INSTALL: Final = "pip install 'sphero-probe[serial]'"
 """What brings the library that this transport needs."""
+ALLOW: Final = "add your user to the group dialout (Arch: uucp) and log in again"
+"""What to do where a port may not be used."""
 
+DEV: Final = Path("/dev")
+"""Where bound ports are."""
+
+_DIGITS: Final = re.compile(r"([0-9]+)")
 _WRITE_TIMEOUT: Final = 5.0
 _CLOSE_TIMEOUT: Final = 5.0
-_SLOWEST, _FASTEST = 50, 10_000_000
-_PARAMETERS: Final = ("robot", "baud")
 _PLUGGED_IN: Final = "is it still plugged in and switched on?"
 
 _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
@@ -44,7 +41,7 @@ _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
         (
             RobotNotFoundError,
             "there is no serial port {}",
-            "is it plugged in (an rfcomm port: bound)? list them: python -m serialx.tools.list_ports",
+            "is it plugged in (an rfcomm port: bound)? to list them: sphero-probe doctor",
         ),
     ),
     **dict.fromkeys(
@@ -52,7 +49,7 @@ _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
         (
             UnavailableError,
             "not allowed to use {}",
-            "add your user to the group dialout and log in again (Windows: close what else uses the port)",
+            f"{ALLOW} (Windows: close what else uses the port)",
         ),
     ),
     **dict.fromkeys(
@@ -65,7 +62,7 @@ _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
     ),
     **dict.fromkeys(
         (errno.EISDIR, errno.ENOTTY),
-        (UsageError, "{} is no serial port", "write a port like /dev/ttyUSB0 or COM3"),
+        (UsageError, "{} is no serial port", LIKE),
     ),
     errno.ECONNREFUSED: (
         ConnectionFailedError,
@@ -76,18 +73,16 @@ _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
 """What opening a port may fail with -> the error, its message with the port, and what to do."""
 
 
-class Port(NamedTuple):
-    """An address, read.
+class ListedPort(NamedTuple):
+    """A serial port of this machine.
 
     Attributes:
-        url: what serialx opens: a path, ``COM3``, ``socket://host:port``.
-        robot: the model at the other end.
-        baud: bits per second.
+        path: what to open, ``/dev/ttyUSB0`` or ``COM3``.
+        description: what it tells of itself, empty where it tells nothing; a stranger's text.
     """
 
-    url: str
-    robot: Robot
-    baud: int
+    path: str
+    description: str
 
 
 class SerialTransport(asyncio.Protocol):
@@ -166,53 +161,6 @@ class SerialTransport(asyncio.Protocol):
         return self._line
 
 
-def parse_port(text: str, usual: str) -> Port:
-    """Read ``URL?robot=KEY&baud=115200``; what follows the last ``?`` is ours, percent-encoded or plain.
-
-    Args:
-        text: the address without its scheme.
-        usual: the robot to assume where none is named.
-
-    Raises:
-        UsageError: no port, an unknown parameter or robot, a rate that is none.
-    """
-    url, mark, query = text.rpartition("?")
-    if not mark:
-        url, query = text, ""
-    values: dict[str, str] = {}
-    for part in query.split("&") if query else ():
-        key, _, value = part.partition("=")
-        if key not in _PARAMETERS:
-            own = " (a query of the URL's own ends with one more '?')" if "://" in url else ""
-            raise UsageError(f"unknown serial port parameter '{key}'", _guess(key, _PARAMETERS) + own)
-        if key in values:
-            raise UsageError(f"serial port parameter '{key}' is given twice")
-        values[key] = unquote(value)
-    if not url:
-        raise UsageError("no serial port is named", "write a port like /dev/ttyUSB0 or COM3")
-    return Port(url, _robot(values.get("robot", usual)), _baud(values.get("baud", str(BAUD))))
-
-
-def _robot(word: str) -> Robot:
-    robot = robot_by_word(word)
-    if robot is None:
-        raise UsageError(f"no robot '{word}' in the catalogue", _guess(word.casefold(), tuple(ROBOTS)))
-    return robot
-
-
-def _baud(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) < 10 and _SLOWEST <= int(text) <= _FASTEST):
-        raise UsageError(
-            f"baud={text} is no rate", f"write bits per second from {_SLOWEST} to {_FASTEST}, like {BAUD}"
-        )
-    return int(text)
-
-
-def _guess(word: str, known: tuple[str, ...]) -> str:
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(known)}"
-
-
 def _explain(error: Exception, url: str) -> SpheroProbeError:
     """Return the error to show for what opening a port raised."""
     from serialx import SerialException
@@ -228,9 +176,7 @@ def _explain(error: Exception, url: str) -> SpheroProbeError:
         return ConnectionFailedError(f"open: {url}: {error.strerror or error}", _PLUGGED_IN)
     if isinstance(error, RuntimeError) or type(error) is SerialException:
         return ConnectionFailedError(f"open: {url}: {error}", _PLUGGED_IN)
-    return UsageError(
-        f"serial port {url}: {error}", "write a port like /dev/ttyUSB0, COM3 or socket://HOST:PORT"
-    )
+    return UsageError(f"serial port {url}: {error}", f"{LIKE}, or socket://HOST:PORT")
 
 
 def _known() -> tuple[type[Exception], ...]:
@@ -245,6 +191,46 @@ def _known() -> tuple[type[Exception], ...]:
     return (*known, termios_error)
 
 
+def _not_installed() -> UnavailableError:
+    return UnavailableError(
+        "serial ports need the library serialx, which is not installed", f"install it: {INSTALL}"
+    )
+
+
+def ports() -> list[ListedPort]:
+    """List the serial ports of this machine, those that Bluetooth Classic is bound to as well, by path.
+
+    Returns:
+        The ports, none where the machine has none.
+
+    Raises:
+        UnavailableError: serialx is not installed, or cannot list ports here.
+    """
+    try:
+        from serialx import list_serial_ports
+    except ImportError as error:
+        raise _not_installed() from error
+    try:
+        listed = {port.resolved_device: _described(port) for port in list_serial_ports()}
+    except _known() as error:
+        raise UnavailableError(
+            f"the serial ports cannot be listed: {error}", "name one: --device serial:/dev/ttyUSB0"
+        ) from error
+    bound = {str(path): "Bluetooth Classic" for path in DEV.glob("rfcomm[0-9]*")}
+    return [ListedPort(*port) for port in sorted({**bound, **listed}.items(), key=_by_number)]
+
+
+def _described(port: "SerialPortInfo") -> str:
+    """What a port tells of itself: maker, product and interface, each once; a stranger's texts."""
+    told = (port.manufacturer, port.product, port.interface_description)
+    return " ".join(dict.fromkeys(filter(None, told)))
+
+
+def _by_number(port: tuple[str, str]) -> list[tuple[bool, int | str]]:
+    """Order ``ttyUSB2`` before ``ttyUSB10``."""
+    return [(part.isdecimal(), int(part) if part.isdecimal() else part) for part in _DIGITS.split(port[0])]
+
+
 async def _connect(port: Port, options: OpenOptions) -> SerialTransport:
     """Open the port.
 
@@ -254,9 +240,7 @@ async def _connect(port: Port, options: OpenOptions) -> SerialTransport:
     try:
         from serialx import create_serial_connection
     except ImportError as error:
-        raise UnavailableError(
-            "serial ports need the library serialx, which is not installed", f"install it: {INSTALL}"
-        ) from error
+        raise _not_installed() from error
     transport = SerialTransport()
     options.on_step("open")
     loop = asyncio.get_running_loop()

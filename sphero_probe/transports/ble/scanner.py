@@ -1,17 +1,35 @@
-"""The air goes in, robots come out: names and models of what advertises nearby."""
+"""The air goes in, robots come out: names and models of what advertises nearby or is connected already."""
 
 import asyncio
-from typing import NamedTuple
+from collections.abc import AsyncIterator, Callable, Iterable
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bleak import BleakScanner
 from bleak.backends.device import BLEDevice
 from bleak.backends.scanner import AdvertisementData
+from bleak.uuids import normalize_uuid_16
 
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.gatt import PROFILES
-from sphero_probe.errors import RobotNotFoundError
+from sphero_probe.protocol.packets import Generation
 from sphero_probe.transports.base import OpenOptions, Seen
+from sphero_probe.transports.ble.choosing import choose, patience
 from sphero_probe.transports.ble.explain import GRACE, step
+
+if TYPE_CHECKING:
+    from bleak.args.bluez import BlueZScannerArgs
+
+_STARTING: Final = 3.0
+"""Seconds that starting a scan may take, whatever time there is for listening."""
+_LOOK: Final = 2.0
+"""Seconds between two looks at who is connected, in a scan that goes on and on."""
+_NOT_HEARD: Final = -127
+"""The signal strength that bleak gives when BlueZ tells of a device that it only remembers [bleak 3.1]."""
+_NOT_MEASURED: Final = 127
+"""What stands for an unknown signal strength [Bluetooth Core 5.2, Vol 4 Part E, 7.7.65.2]; macOS gives it."""
+_GENERIC_ATTRIBUTE: Final = normalize_uuid_16(0x1801)
+"""A service that everyone offers who speaks GATT."""
 
 
 class Heard(NamedTuple):
@@ -21,24 +39,112 @@ class Heard(NamedTuple):
     device: BLEDevice
 
 
-def _is_robot(device: BLEDevice, advertisement: AdvertisementData) -> bool:
-    name = advertisement.local_name or device.name or ""
-    return robot_by_prefix(name) is not None or any(
-        profile.service in advertisement.service_uuids for profile in PROFILES
-    )
+class Air:
+    """Who was heard in one scan and who is connected, one entry for each address.
+
+    Attributes:
+        on_heard: told of everyone each time they are heard; must not raise.
+    """
+
+    def __init__(self, on_heard: Callable[[Heard], None] = lambda _: None) -> None:
+        self.on_heard = on_heard
+        self._heard: dict[str, Heard] = {}
+        self._connected: dict[str, Heard] = {}
+
+    def hear(self, device: BLEDevice, advertisement: AdvertisementData) -> None:
+        """Take in an advertisement; an empty name does not take away the one that was heard before.
+
+        A device that BlueZ knows from earlier and that is not on the air is told of in the same way, without
+        a signal strength. It is left out.
+        """
+        if advertisement.rssi <= _NOT_HEARD:
+            return
+        key = device.address.upper()
+        before = self._heard[key].seen if key in self._heard else None
+        name = advertisement.local_name or device.name or (before.name if before else "")
+        offered = _generation(advertisement.service_uuids) or (before.generation if before else None)
+        rssi = advertisement.rssi if advertisement.rssi < _NOT_MEASURED else None
+        self._heard[key] = Heard(Seen(name, robot_by_prefix(name), device.address, rssi, offered), device)
+        self.on_heard(self._merged(key))
+
+    def meet(self, connected: Iterable[Heard]) -> None:
+        """Take in who is connected to this machine, instead of who was before."""
+        self._connected = {heard.seen.address.upper(): heard for heard in connected}
+
+    def around(self) -> list[Heard]:
+        """Return everyone: the strongest first, then those who are connected and do not advertise."""
+        everyone = [self._merged(key) for key in self._heard | self._connected]
+        return sorted(everyone, key=_by_strength)
+
+    def _merged(self, key: str) -> Heard:
+        heard, connected = self._heard.get(key), self._connected.get(key)
+        if heard is None or connected is None:
+            return heard or self._connected[key]
+        name = heard.seen.name or connected.seen.name
+        generation = heard.seen.generation or connected.seen.generation
+        seen = heard.seen._replace(
+            name=name, robot=robot_by_prefix(name), generation=generation, connected=True
+        )
+        return Heard(seen, heard.device)
 
 
-def _heard(device: BLEDevice, advertisement: AdvertisementData) -> Heard:
-    name = advertisement.local_name or device.name or ""
-    return Heard(Seen(name, robot_by_prefix(name), device.address, advertisement.rssi), device)
+def _by_strength(heard: Heard) -> tuple[float, str, str]:
+    seen = heard.seen
+    return (float("inf") if seen.rssi is None else -seen.rssi, seen.name, seen.address)
 
 
-def _scanner(adapter: str) -> BleakScanner:
-    return BleakScanner(bluez={"adapter": adapter} if adapter else {})
+def _generation(services: Iterable[str]) -> Generation | None:
+    """Return the protocol of these services, None where they are not a Sphero's."""
+    offered = {uuid.lower() for uuid in services}
+    return next((profile.generation for profile in PROFILES if profile.service in offered), None)
 
 
-async def listen(options: OpenOptions, *, everything: bool = False) -> list[Heard]:
-    """Listen for ``options.timeout`` seconds; strongest first.
+@asynccontextmanager
+async def _listening(options: OpenOptions, air: Air) -> AsyncIterator[None]:
+    """Let the air be heard.
+
+    Raises:
+        UnavailableError: no Bluetooth here, or it does not answer.
+    """
+    # without duplicates BlueZ keeps quiet about a robot that another program's scan has heard as strongly
+    bluez: BlueZScannerArgs = {"filters": {"DuplicateData": True}}
+    if options.adapter:
+        bluez["adapter"] = options.adapter
+    scanner = BleakScanner(air.hear, bluez=bluez)
+    async with step("scan", min(options.timeout, _STARTING) + GRACE):
+        await scanner.start()
+    try:
+        yield
+    finally:
+        async with step("scan", GRACE):
+            await scanner.stop()
+
+
+async def _connected(options: OpenOptions) -> list[Heard]:
+    """Return who is connected to this machine; nobody where the system or bleak (before 3.1) does not tell.
+
+    Raises:
+        UnavailableError: Bluetooth was switched off, or does not answer.
+    """
+    try:
+        from bleak import BleakAdapter
+    except ImportError:  # pragma: no cover - bleak 3.0
+        return []
+    found: dict[str, Heard] = {}
+    with suppress(NotImplementedError):
+        async with step("scan", GRACE):
+            adapter = await BleakAdapter.get(bluez={"adapter": options.adapter} if options.adapter else {})
+            faces = [(profile.service, profile.generation) for profile in PROFILES]
+            for service, generation in (*faces, (_GENERIC_ATTRIBUTE, None)):
+                for device in await adapter.get_connected_devices([service]):
+                    name = device.name or ""
+                    seen = Seen(name, robot_by_prefix(name), device.address, None, generation, connected=True)
+                    found.setdefault(device.address, Heard(seen, device))
+    return list(found.values())
+
+
+async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
+    """Return the robots that advertise nearby, strongest first, and those connected to this machine.
 
     Args:
         options: time and adapter.
@@ -47,64 +153,87 @@ async def listen(options: OpenOptions, *, everything: bool = False) -> list[Hear
     Raises:
         UnavailableError: no Bluetooth here, or it does not answer.
     """
-    heard: dict[str, Heard] = {}
-    async with step("scan", options.timeout + GRACE):
-        async with _scanner(options.adapter) as scanner:
-            await asyncio.sleep(options.timeout)
-        for device, advertisement in scanner.discovered_devices_and_advertisement_data.values():
-            if everything or _is_robot(device, advertisement):
-                heard[device.address] = _heard(device, advertisement)
-    return sorted(heard.values(), key=lambda h: (-h.seen.rssi, h.seen.name))
+    air = Air()
+    async with _listening(options, air):
+        await asyncio.sleep(options.timeout)
+        air.meet(await _connected(options))
+    return [heard.seen for heard in air.around() if everything or heard.seen.is_sphero]
 
 
-async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
-    """Return the robots that advertise nearby, strongest first.
+async def watch(options: OpenOptions, on_seen: Callable[[Seen], None], *, everything: bool = False) -> None:
+    """Tell of every robot each time it is heard, and now and then of those connected to this machine.
+
+    Args:
+        options: time, which may be infinite, and adapter.
+        on_seen: told what is known of it; must not raise.
+        everything: also of what is no Sphero.
 
     Raises:
-        UnavailableError: no Bluetooth here, or it does not answer.
+        UnavailableError: no Bluetooth here, it does not answer, or it was switched off.
     """
-    return [heard.seen for heard in await listen(options, everything=everything)]
+
+    def tell(heard: Heard) -> None:
+        if everything or heard.seen.is_sphero:
+            on_seen(heard.seen)
+
+    air = Air(tell)
+    loop = asyncio.get_running_loop()
+    end = loop.time() + options.timeout
+    async with _listening(options, air):
+        while (left := end - loop.time()) > 0:
+            connected = await _connected(options)
+            air.meet(connected)
+            for one in connected:
+                tell(one)
+            await asyncio.sleep(min(left, _LOOK))
 
 
 async def find(wanted: str, options: OpenOptions) -> Heard:
-    """Return the robot of this name or address as soon as it is heard.
+    """Return the robot of this address, this name, or the only one whose name begins so.
+
+    An address is taken as soon as it is heard, a name after the moment in which a namesake would be heard,
+    too; a beginning when everyone near must have been heard, or when the time is over.
 
     Raises:
-        RobotNotFoundError: nobody of that name within the time.
+        RobotNotFoundError: nobody, more than one, or one that is in use already.
         UnavailableError: no Bluetooth here, or it does not answer.
     """
-    folded = wanted.casefold()
-    async with step("scan", options.timeout + GRACE), _scanner(options.adapter) as scanner:
-        try:
-            async with asyncio.timeout(options.timeout):
-                async for device, advertisement in scanner.advertisement_data():
-                    name = advertisement.local_name or device.name or ""
-                    if folded in (name.casefold(), device.address.casefold()):
-                        return _heard(device, advertisement)
-        except TimeoutError:
-            pass
-    raise RobotNotFoundError(
-        f"no robot '{wanted}' was heard within {options.timeout:g} s",
-        "is it awake (shake it), in range, and not connected to a phone? see: sphero-probe scan",
-    )
+    air = Air()
+    async with _listening(options, air):
+        air.meet(await _connected(options))
+        await _until_clear(wanted, options, air)
+        air.meet(await _connected(options))
+    around = {heard.seen.address: heard for heard in air.around()}
+    chosen = choose(wanted, (heard.seen for heard in around.values()), options.timeout)
+    return around[chosen.address]
 
 
 async def find_only(options: OpenOptions) -> Heard:
     """Return the one robot nearby.
 
     Raises:
-        RobotNotFoundError: none, or several.
+        RobotNotFoundError: none, several, or one that is in use already.
         UnavailableError: no Bluetooth here, or it does not answer.
     """
-    robots = await listen(options)
-    if not robots:
-        raise RobotNotFoundError(
-            f"no robot was heard within {options.timeout:g} s",
-            "is it awake (shake it), in range, and not connected to a phone? or try --device fake:bolt-plus",
-        )
-    if len(robots) > 1:
-        names = ", ".join(heard.seen.name or heard.seen.address for heard in robots)
-        raise RobotNotFoundError(
-            f"{len(robots)} robots are near: {names}", f"choose one: --device {robots[0].seen.name}"
-        )
-    return robots[0]
+    return await find("", options)
+
+
+async def _until_clear(wanted: str, options: OpenOptions, air: Air) -> None:
+    """Listen until it is clear who is meant, and for all the time there is where it is not."""
+    loop = asyncio.get_running_loop()
+    end = loop.time() + options.timeout
+    with suppress(TimeoutError):
+        async with asyncio.timeout_at(end) as limit:
+
+            def hasten(heard: Heard) -> None:
+                nonlocal end
+                seconds = patience(wanted, heard.seen)
+                if seconds is not None and loop.time() + seconds < end:
+                    end = loop.time() + seconds
+                    limit.reschedule(end)
+
+            air.on_heard = hasten
+            for heard in air.around():
+                hasten(heard)
+            await asyncio.Event().wait()
+    air.on_heard = lambda _: None

@@ -1,0 +1,115 @@
+"""The robots of the last scan: what was seen goes in, words that a shell may offer come out."""
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from sphero_probe.transports.base import Seen
+
+MAX_ROBOTS: Final = 64
+"""As many robots are remembered at most, the strongest first."""
+_MAX_BYTES: Final = 16_384
+_MAX_WORD: Final = 40
+_MAX_MODEL: Final = 32
+_PUNCTUATION: Final = "-_."
+
+
+class Remembered(NamedTuple):
+    """A robot of the last scan.
+
+    Attributes:
+        name: what to type after ``--device``: its name, or its address where the name is not fit for a shell.
+        address: MAC address or an opaque identifier; empty where it is not fit for a shell.
+        model: what the robot is called; empty for an unknown one.
+    """
+
+    name: str
+    address: str
+    model: str
+
+
+def cache_file(environment: Mapping[str, str] = os.environ) -> Path | None:
+    """Return the file below the XDG cache directory; None where nobody knows where the home is."""
+    cache = Path(environment.get("XDG_CACHE_HOME", ""))
+    try:
+        base = cache if cache.is_absolute() else Path.home() / ".cache"
+    except RuntimeError:
+        return None
+    return base / "sphero-probe" / "last_scan.json"
+
+
+def remember(seen: Iterable["Seen"]) -> None:
+    """Keep the robots of a scan for completion; where that fails, the scan is not disturbed.
+
+    A scan that heard no robot leaves those of the scan before.
+
+    Args:
+        seen: the robots, the strongest first.
+    """
+    import json
+    import tempfile
+    from contextlib import suppress
+    from itertools import islice
+
+    heard = (_fit(robot.name, robot.address, robot.robot.name if robot.robot else "") for robot in seen)
+    robots = list(islice(filter(None, heard), MAX_ROBOTS))
+    path = cache_file()
+    if not robots or path is None:
+        return
+    with suppress(OSError, ValueError):
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        number, draft = tempfile.mkstemp(dir=path.parent, prefix=".last_scan-")
+        try:
+            with open(number, "w", encoding="utf-8") as file:  # noqa: PTH123 - a descriptor is no path
+                json.dump({"robots": [robot._asdict() for robot in robots]}, file)
+            Path(draft).replace(path)
+        except BaseException:
+            Path(draft).unlink(missing_ok=True)
+            raise
+
+
+def recall() -> list[Remembered]:
+    """Return the robots of the last scan, the strongest first; none where nothing usable is kept."""
+    import json
+
+    path = cache_file()
+    if path is None:
+        return []
+    try:
+        with path.open("rb") as file:
+            raw = file.read(_MAX_BYTES + 1)
+        kept = json.loads(raw) if len(raw) <= _MAX_BYTES else {}
+    except (OSError, ValueError, RecursionError):
+        return []
+    rows = kept.get("robots") if isinstance(kept, dict) else None
+    found = (_fit(row.get("name"), row.get("address"), row.get("model")) for row in _dicts(rows))
+    return list(filter(None, found))[:MAX_ROBOTS]
+
+
+def _dicts(rows: Any) -> list[dict[str, Any]]:
+    return [row for row in rows if isinstance(row, dict)] if isinstance(rows, list) else []
+
+
+def _fit(name: Any, address: Any, model: Any) -> Remembered | None:
+    """Return the robot in words that are plain to every shell; None where neither name nor address is."""
+    address = address if _is_word(address, _PUNCTUATION + ":") else ""
+    name = name if _is_word(name, _PUNCTUATION) else address
+    said = model if isinstance(model, str) and len(model) <= _MAX_MODEL else ""
+    return Remembered(name, address, "".join(filter(_is_harmless, said))) if name else None
+
+
+def _is_word(text: Any, punctuation: str) -> bool:
+    """Whether this is ASCII letters, digits and that punctuation, and begins with a letter or digit."""
+    return (
+        isinstance(text, str)
+        and 0 < len(text) <= _MAX_WORD
+        and text.isascii()
+        and text[0].isalnum()
+        and all(sign.isalnum() or sign in punctuation for sign in text)
+    )
+
+
+def _is_harmless(sign: str) -> bool:
+    return sign.isascii() and (sign.isalnum() or sign in "-+. ")
