@@ -321,7 +321,7 @@ def test_what_is_refused_sends_nothing():
 
 def test_what_is_refused_does_not_wait_for_a_place():
     async def scenario():
-        async with linked(after(0.5), consent=Consent(), window=1) as (link, _):
+        async with linked(after(0.5), consent=Consent(), window=1, timeout=5.0) as (link, _):
             busy = asyncio.create_task(link.ask(BATTERY))
             await asyncio.sleep(0.25)
             assert isinstance(await link.ask(SLEEP), Refused)
@@ -1091,7 +1091,7 @@ async def cancel(task):
 def test_giving_up_waiting_for_an_answer():
     async def scenario():
         heard = []
-        async with linked(after(0.5), window=2, on_aside=heard.append) as (link, line):
+        async with linked(after(0.5), window=2, on_aside=heard.append, timeout=5.0) as (link, line):
             hasty = asyncio.create_task(link.ask(BATTERY))
             await asyncio.sleep(0.25)
             await cancel(hasty)
@@ -1105,7 +1105,7 @@ def test_giving_up_waiting_for_an_answer():
 
 def test_giving_up_waiting_for_a_place():
     async def scenario():
-        async with linked(after(0.5), window=1) as (link, line):
+        async with linked(after(0.5), window=1, timeout=5.0) as (link, line):
             first = asyncio.create_task(link.ask(BATTERY))
             others = [asyncio.create_task(link.ask(VOLTAGE)) for _ in range(3)]
             alone = asyncio.create_task(link.ask(VOLTAGE, alone=True))
@@ -1122,7 +1122,7 @@ def test_giving_up_waiting_for_a_place():
 
 def test_giving_up_being_the_next_alone_lets_the_others_go():
     async def scenario():
-        async with linked(after(1.0), window=3) as (link, line):
+        async with linked(after(1.0), window=3, timeout=5.0) as (link, line):
             first = asyncio.create_task(link.ask(BATTERY))
             alone = asyncio.create_task(link.ask(VOLTAGE, alone=True))
             await asyncio.sleep(0)
@@ -1138,7 +1138,7 @@ def test_giving_up_being_the_next_alone_lets_the_others_go():
 
 def test_giving_up_being_alone():
     async def scenario():
-        async with linked(after(0.5), window=3) as (link, line):
+        async with linked(after(0.5), window=3, timeout=5.0) as (link, line):
             alone = asyncio.create_task(link.ask(SLEEP))
             await asyncio.sleep(0.25)
             await cancel(alone)
@@ -1215,7 +1215,7 @@ def test_giving_up_at_any_moment_leaks_no_place_of_a_window_that_grows():
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_giving_up_just_as_the_answer_comes(steps, number):
     async def scenario():
-        async with linked(after(0.5), window=1) as (link, line):
+        async with linked(after(0.5), window=1, timeout=5.0) as (link, line):
             asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(3)]
             await asyncio.sleep(0.5)
             for _ in range(steps):
@@ -1237,7 +1237,7 @@ def test_giving_up_just_as_the_answer_comes(steps, number):
 def test_the_number_of_who_gave_up_is_not_used_while_its_answer_may_come():
     async def scenario():
         heard = []
-        async with linked(after(0.5), on_aside=heard.append, window=4) as (link, line):
+        async with linked(after(0.5), on_aside=heard.append, window=4, timeout=5.0) as (link, line):
             hasty = asyncio.create_task(link.ask(BATTERY))
             await asyncio.sleep(0.25)
             await cancel(hasty)

@@ -224,7 +224,6 @@ def test_what_was_sent_after_the_window_was_full_proves_nothing():
     (third,) = node.send()
     node.answer([second], after=USUAL / 2)
     grown = node.pace.window
-    assert grown == min(4, SLOW_START)
     node.answer([third], after=USUAL / 2)
     assert node.pace.window == grown
 
@@ -250,6 +249,17 @@ def test_after_halving_the_window_grows_slowly():
     assert node.pace.window == WIDEST // 2
     node.answer(node.fill())
     assert node.pace.window == WIDEST // 2 + 1
+
+
+def test_after_halving_there_is_no_slow_start_up_to_where_it_ended_before():
+    node = Node()
+    node.grow_to(SLOW_START)
+    node.stay_silent(node.fill(), expected=True)
+    half = node.pace.window
+    assert half == SLOW_START // 2
+    assert node.answer(node.fill())[-1] <= half + 1
+    node.grow_to(half + 1)
+    assert node.answer(node.fill())[-1] <= half + 2
 
 
 def test_a_silence_that_surprises_nobody_leaves_the_window_as_it_is():

@@ -10,6 +10,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Silent
 from sphero_probe.probing.asking import Asked, Tried
 from sphero_probe.probing.pending import (
+    _DOUBT,
     FALSE_SILENCES,
     LEAST_ATTEMPTS,
     LOSSY,
@@ -48,6 +49,7 @@ PROBES = st.integers(0, 100_000)
 
 def test_before_anything_is_known():
     assert LEAST_ATTEMPTS <= losses().attempts_wanted <= MOST_ATTEMPTS
+    assert losses(probes=1000).attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 1 / _DOUBT))
 
 
 def test_a_line_that_loses_nothing():

@@ -548,6 +548,41 @@ def test_memory_does_not_grow(every, most):
     assert held(tracker) == 1
 
 
+def settle(tracker, command, now):
+    """Ask and answer one command at once; return the exchange."""
+    codec = tracker._codec
+    seq, _ = tracker.ask(command, now=now, timeout=1.0)
+    codec.coming = [Response(seq, OK, b"", command.did, command.cid)]
+    (answered,) = tracker.hear(b"!", now=now)
+    return answered
+
+
+def test_what_rests_is_not_forgotten_however_much_is_settled_meanwhile():
+    codec = Fluent()
+    tracker = Tracker(codec)
+    tracker.ask(BATTERY, now=0.0, timeout=1.0)
+    (silent,) = tracker.expire(now=1.0)
+    for number in range(_REMEMBERED + 10):
+        settle(tracker, Command(number // 250, number % 250), 1.0 + number / _REMEMBERED)
+    codec.coming = [Response(0, OK, b"", *BATTERY[:2])]
+    (late,) = tracker.hear(b"!", now=0.5 + REST)
+    assert late.earlier is silent
+    seqs = {tracker.ask(BATTERY, now=0.5 + REST, timeout=1.0)[0] for _ in range(254)}
+    assert 0 not in seqs
+
+
+def test_what_was_settled_again_is_remembered_from_then_on():
+    codec = Fluent()
+    codec.sequence_numbers = range(1)
+    tracker = Tracker(codec)
+    settle(tracker, BATTERY, 0.0)
+    last = settle(tracker, BATTERY, REST - 1.0)
+    settle(tracker, VOLTAGE, REST + 1.0)
+    codec.coming = [Response(0, OK, b"", *BATTERY[:2])]
+    (late,) = tracker.hear(b"!", now=REST + 1.0)
+    assert late.earlier is last
+
+
 def test_what_is_answered_often_is_remembered_once():
     tracker = Tracker(V2)
     for number in range(600):

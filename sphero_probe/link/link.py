@@ -5,10 +5,11 @@ from collections import deque
 from collections.abc import Callable
 from math import inf
 from types import TracebackType
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
+from sphero_probe.link.claims import Claim, Wish
 from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Refused, Silent
 from sphero_probe.link.guard import Guard
 from sphero_probe.link.pacing import FIRST_TIMEOUT, WIDEST, Pace
@@ -19,29 +20,6 @@ from sphero_probe.transports.base import Transport
 
 _TICK: Final = 1e-6
 _CLOSED: Final = "try again, nearer to the robot; one that falls asleep drops the link"
-
-
-class _Wish(NamedTuple):
-    """What somebody wants asked, and how."""
-
-    command: Command
-    timeout: float | None
-    alone: bool
-    expected: bool
-
-
-class _Claim(NamedTuple):
-    """A place in the window with a sequence number: the frame to send and where its answer will be."""
-
-    seq: int
-    frame: bytes
-    wish: _Wish
-    answer: "asyncio.Future[Exchange]"
-
-    @property
-    def is_paced(self) -> bool:
-        """Whether nobody named a timeout for it."""
-        return self.wish.timeout is None
 
 
 def _ignore(*_: object) -> None:
@@ -88,10 +66,10 @@ class Link:
         self._timeout = timeout
         self._window = window
         self._paces: dict[int | None, Pace] = {}
-        self._queue: deque[tuple[_Wish, asyncio.Future[_Claim]]] = deque()
+        self._queue: deque[tuple[Wish, asyncio.Future[Claim]]] = deque()
         self._in_flight = 0
         self._someone_alone = False
-        self._claims: dict[int, _Claim] = {}
+        self._claims: dict[int, Claim] = {}
         self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
         self._watcher: asyncio.TimerHandle | None = None
@@ -167,7 +145,7 @@ class Link:
         if self.guard.assess(command).risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
-        claim = await self._wait_in_line(_Wish(command, timeout, alone, expected))
+        claim = await self._wait_in_line(Wish(command, timeout, alone, expected))
         try:
             before_sending()
             self.frames_sent += 1
@@ -179,11 +157,11 @@ class Link:
         finally:
             self._leave(claim)
 
-    async def _wait_in_line(self, wish: _Wish) -> _Claim:
+    async def _wait_in_line(self, wish: Wish) -> Claim:
         """Wait for a place in the window, in the order of asking, and claim a sequence number."""
         if self._lost:
             raise self._lost
-        turn: asyncio.Future[_Claim] = asyncio.get_running_loop().create_future()
+        turn: asyncio.Future[Claim] = asyncio.get_running_loop().create_future()
         self._queue.append((wish, turn))
         self._admit()
         try:
@@ -216,17 +194,17 @@ class Link:
             self._in_flight += 1
             self._someone_alone = wish.alone
             pace.sent(seq, now=now)
-            self._claims[seq] = _Claim(seq, frame, wish, loop.create_future())
+            self._claims[seq] = Claim(seq, frame, wish, loop.create_future())
             turn.set_result(self._claims[seq])
         self._watch(now)
 
-    def _may_go(self, wish: _Wish) -> bool:
+    def _may_go(self, wish: Wish) -> bool:
         if wish.alone:
             return self._in_flight == 0
         pace = self.pace(wish.command.target)
         return not self._someone_alone and pace.in_flight < min(self.limit, pace.window)
 
-    def _leave(self, claim: _Claim) -> None:
+    def _leave(self, claim: Claim) -> None:
         """Give the place back; an answer that still comes is nobody's."""
         if self._claims.get(claim.seq) is claim:
             del self._claims[claim.seq]
@@ -266,8 +244,11 @@ class Link:
 
     def _on_time(self) -> None:
         now = asyncio.get_running_loop().time()
-        for event in self._tracker.expire(now=now + _TICK):  # a timer may fire a hair early
-            self._deliver(event, now)
+        try:
+            for event in self._tracker.expire(now=now + _TICK):  # a timer may fire a hair early
+                self._deliver(event, now)
+        except Exception as error:  # noqa: BLE001 - raised again wherever somebody waits
+            self._lose(error)
         self._admit()
 
     def _deliver(self, event: Exchange | Aside, now: float) -> None:

@@ -14,7 +14,7 @@ PATIENCE: Final = 1.5
 """Factor on the timeout after a silence, until an answer is timed again."""
 SLOW_START: Final = 4
 """Up to here the window grows by one with each answer, beyond it by one with each window of answers."""
-WIDEST: Final = 16
+WIDEST: Final = 12
 """Commands in flight at most: what two connection events of a fast BLE link carry either way."""
 
 _SMOOTHING, _VARIATION = 1 / 8, 1 / 4
@@ -27,7 +27,8 @@ class Pace:
     takes no place in the window any more, though its own answer may still come.
 
     Attributes:
-        timeout: seconds until a command counts as silent: smoothed round trip + 4 variations [RFC 6298].
+        timeout: seconds until a command counts as silent: the smoothed round trip and four variations of it
+            [RFC 6298], but at least two round trips, as a window that opens makes them longer.
         round_trip: smoothed, in seconds; None until an answer was timed.
     """
 
@@ -100,7 +101,7 @@ class Pace:
             expected: an answer was sure to come, so too much was asked at a time.
         """
         sent = self._sent.get(seq, now - waited)
-        if seq in self._sent and sent > self._slowed_at and not self._fixed_timeout:
+        if seq in self._sent and sent >= self._slowed_at and not self._fixed_timeout:
             self.timeout = min(LONGEST_TIMEOUT, self.timeout * PATIENCE)
             self._slowed_at = now
         self.forget(seq)
@@ -113,7 +114,7 @@ class Pace:
 
     def _narrow(self, sent: float, now: float) -> None:
         """Halve the window, once for all that was sent before it took effect."""
-        if sent > self._narrowed_at:
+        if sent >= self._narrowed_at:
             self._window = self._threshold = max(1.0, self._window / 2)
             self._narrowed_at = now
 

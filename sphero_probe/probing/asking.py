@@ -30,6 +30,7 @@ class Asked(NamedTuple):
         risk: the class of sending it.
         knowledge: the catalogue's row for this robot, None where there is none.
         barred: why it must not be sent, empty when it may.
+        is_last_try: it gets the whole timeout, whatever is answered meanwhile.
     """
 
     number: int
@@ -37,6 +38,7 @@ class Asked(NamedTuple):
     risk: Risk
     knowledge: CommandRow | None
     barred: str
+    is_last_try: bool = False
 
     @property
     def is_expected(self) -> bool:
@@ -162,7 +164,11 @@ class Asker:
         while True:
             attempt += 1
             exchange = await self.link.ask(
-                asked.command, alone=alone, expected=asked.is_expected, before_sending=intend
+                asked.command,
+                timeout=self.link.pace(asked.command.target).timeout if asked.is_last_try else None,
+                alone=alone,
+                expected=asked.is_expected,
+                before_sending=intend,
             )
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
                 return Tried(exchange, attempt)

@@ -199,7 +199,7 @@ class Calibration:
         return verdicts
 
     async def _try(self, command: Command, wanted: str) -> tuple[Step, Verdict | None]:
-        """Ask up to three times, again only with nothing else in flight, and once if nothing ever answered."""
+        """Ask up to three times, but for the first alone; only once as long as nothing was ever answered."""
         codec = self._link.codec
         command = command._replace(target=self._target)
         for attempt in range(ATTEMPTS if self._link.answers else 1):

@@ -211,7 +211,8 @@ class Pipeline:
     def _call_again(self, one: Unanswered) -> None:
         """Let a silent probe be asked again, unless its silence is clear or must not be broken."""
         if not (one.belated or one.doubt or one.asked.risk > Risk.WRITE or one.is_final(self.losses)):
-            self._sender.again.append(one.asked)
+            is_last_try = one.proved + 1 >= self.losses.attempts_wanted
+            self._sender.again.append(one.asked._replace(is_last_try=is_last_try))
 
     async def _void(self) -> None:
         """Have everything asked again that no canary proved, once the robot is itself."""

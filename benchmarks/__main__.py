@@ -1,0 +1,110 @@
+"""The command line of the benchmark: sections are found, measured, and printed as text or JSON lines."""
+
+import argparse
+import json
+import pkgutil
+import platform
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from os import cpu_count
+
+import benchmarks
+from benchmarks.section import Line, Options, Remark, Section
+
+_LEAST_ROUNDS = 7
+_ROUGH = 2
+"""From here on a ratio is told to one digit."""
+
+
+def sections() -> dict[str, Section]:
+    """Return every section in this folder, by name."""
+    modules = [import_module(f"benchmarks.{found.name}") for found in _modules()]
+    found = [module.SECTION for module in modules if hasattr(module, "SECTION")]
+    return {section.name: section for section in found}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure and print.
+
+    Returns:
+        0, also where a bar was missed: a busy machine is no bug.
+    """
+    known = sections()
+    wanted = _parser(known).parse_args(arguments)
+    options = Options(wanted.quick, wanted.rounds or (_LEAST_ROUNDS if wanted.quick else 15))
+    show = _show_json if wanted.json else _show
+    if not wanted.json:
+        print(f"Python {platform.python_version()}, {platform.machine()}, {cpu_count()} cores")
+        print(f"A ratio is the peer's time by ours, the median of {options.rounds} rounds that take turns;")
+        print("in brackets the middle half of them. Inputs are simulated.")
+    for name in wanted.only or known:
+        if not wanted.json:
+            print(f"\n{name}: {known[name].summary}")
+        for entry in known[name].measure(options):
+            show(name, entry)
+            sys.stdout.flush()
+    return 0
+
+
+def _modules() -> Iterator[pkgutil.ModuleInfo]:
+    return (found for found in pkgutil.iter_modules(benchmarks.__path__) if found.name != "__main__")
+
+
+def _parser(known: dict[str, Section]) -> argparse.ArgumentParser:
+    listed = "\n".join(f"  {section.name:10}{section.summary}" for section in known.values())
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Measure sphero-probe beside its peers, in one process, by turns.",
+        epilog=f"sections:\n{listed}\n\nThe peers come with: pip install -e '.[bench]'",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+    def names(text: str) -> list[str]:
+        chosen = text.split(",")
+        unknown = ", ".join(name for name in chosen if name not in known)
+        if unknown:
+            raise argparse.ArgumentTypeError(f"no section {unknown}; there are {', '.join(known)}")
+        return chosen
+
+    def rounds(text: str) -> int:
+        number = int(text)
+        if number < 1:
+            raise argparse.ArgumentTypeError("at least 1")
+        return number
+
+    parser.add_argument("--quick", action="store_true", help="small inputs, 7 rounds: under a minute")
+    parser.add_argument("--only", type=names, metavar="NAME,...", help="these sections (default: all)")
+    parser.add_argument("--rounds", type=rounds, metavar="N", help="rounds (default: 15, quick: 7)")
+    parser.add_argument("--json", action="store_true", help="JSON lines instead of text")
+    return parser
+
+
+def _show(_: str, entry: Line | Remark) -> None:
+    if isinstance(entry, Remark):
+        print(f"  {entry.text}")
+        return
+    times = "-"
+    if entry.ratio:
+        median, low, high = entry.ratio
+        digits = 1 if median >= _ROUGH else 2
+        times = f"{median:.{digits}f}x [{low:.{digits}f}-{high:.{digits}f}]"
+    bar = f"bar {entry.bar:g}x {entry.verdict}".rstrip() if entry.bar is not None else ""
+    if entry.ceiling is not None:
+        bar = f"at most {entry.ceiling:g}x: {entry.verdict}"
+    lost = f"peer: {entry.lost}" if entry.lost else "peer lost nothing" if entry.bar is not None else ""
+    facts = "; ".join(filter(None, (bar, lost, entry.note)))
+    print(f"  {entry.what:54} {entry.peer:22} {times:>20}  {facts}")
+
+
+def _show_json(section: str, entry: Line | Remark) -> None:
+    if isinstance(entry, Remark):
+        print(json.dumps({"type": "remark", "section": section, "text": entry.text}))
+        return
+    whole = {"type": "line", "section": section, **entry._asdict(), "verdict": entry.verdict}
+    whole["ratio"] = entry.ratio._asdict() if entry.ratio else None
+    print(json.dumps(whole))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,79 @@
+"""The command ``decode`` beside the bare decoder, on a file with a simulated stream."""
+
+import os
+import sys
+from collections.abc import Iterator
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from subprocess import run
+from tempfile import TemporaryDirectory
+
+from benchmarks.corpus import second_generation
+from benchmarks.section import Line, Options, Remark, Section
+from benchmarks.timing import race, ratio
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Generation, Role
+
+_READ = 1 << 16
+_STATUS = Path("/proc/self/status")
+_CHILD = f"""
+import re, sys
+from sphero_probe.cli.failures import run
+run(("decode", sys.argv[1], "--format", "jsonl", "-o", sys.argv[2]))
+print(re.search("VmHWM: *\\t* *([0-9]+) kB", open("{_STATUS}").read())[1])
+"""
+"""A process that tells its own peak: what its parent is told of it includes the parent's memory on Linux."""
+
+
+def measure(options: Options) -> Iterator[Line | Remark]:
+    """Yield how many times as long as the bare decoder the command takes, and the memory that it needs."""
+    corpus = second_generation(1500 if options.quick else 10_000)
+    yield Remark(corpus.summary)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "stream.bin"
+        file.write_bytes(corpus.stream)
+        seconds = race(
+            {"bare": partial(_bare, file)}
+            | {name: partial(_command, file, name) for name in ("jsonl", "plain")},
+            options.rounds,
+        )
+        for name in ("jsonl", "plain"):
+            rate = len(corpus.packets) / min(seconds[name])
+            times = ratio(seconds[name], seconds["bare"])
+            yield Line(f"decode --format {name}", "the bare decoder", times, note=f"{rate:,.0f} packets/s")
+        if _STATUS.exists():
+            repeats = 10 if options.quick else 100
+            file.write_bytes(corpus.stream * repeats)
+            size = len(corpus.stream) * repeats / 1e6
+            peak = _peak_memory(file)
+            yield Line(
+                f"decode of {size:.0f} MB in a process", "nobody", None, note=f"{peak:.0f} MiB at most"
+            )
+
+
+def _bare(file: Path) -> int:
+    decoder = CODECS[Generation.V2].decoder(Role.WITNESS)
+    packets = 0
+    with file.open("rb") as stream:
+        while chunk := stream.read(_READ):
+            packets += len(decoder.feed(chunk))
+    return packets
+
+
+def _command(file: Path, name: str) -> None:
+    code = import_module("sphero_probe.cli.failures").run(
+        ("decode", str(file), "--format", name, "-o", os.devnull)
+    )
+    if code:
+        raise RuntimeError(f"decode ended with {code}")
+
+
+def _peak_memory(file: Path) -> float:
+    """Return the largest resident size in MiB of a process that decodes a file."""
+    command = (sys.executable, "-c", _CHILD, str(file), os.devnull)
+    ran = run(command, capture_output=True, text=True, check=True)  # noqa: S603 - our own command
+    return int(ran.stdout) / 1024
+
+
+SECTION = Section("decode", "the command decode beside the bare decoder, and its memory", measure)

@@ -1,0 +1,159 @@
+"""Other people's codecs behind one face: chunks of a stream go in, packets come out; each at its fastest.
+
+spherov2 has a collector for each generation, which takes what a BLE characteristic notifies. sphero-rvr-mcp
+has the reader of its serial dispatcher; what the dispatcher does with a packet is left out. What a parser
+throws at a bad packet is caught, and the rest of that chunk is lost with it, as in its own use.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from functools import partial
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any, NamedTuple
+
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Command, Generation, Notification, Packet, Response, Role
+
+EXTRA = "pip install -e '.[bench]'"
+"""What brings the peers."""
+
+Take = Callable[[list[Any]], object]
+Read = Callable[[list[bytes], Take], None]
+"""Takes the chunks of a stream; hands over the packets of each, in a list that it uses again."""
+
+
+class Peer(NamedTuple):
+    """A codec to compare with.
+
+    Attributes:
+        name: with its version.
+        read: decodes a stream.
+        facts: a packet of its own -> what it tells.
+        told: a packet of ours -> the same, as the peer would tell it.
+        encode: commands -> frames; None where it has no encoder for the generation.
+        silent: the facts that its packets leave out.
+        chunk: makes of bytes what it wants to be given.
+    """
+
+    name: str
+    read: Read
+    facts: Callable[[Any], tuple[object, ...]]
+    told: Callable[[Packet], tuple[object, ...]]
+    encode: Callable[[list[Command]], list[bytes]] | None = None
+    silent: str = ""
+    chunk: Callable[[bytes], Any] = bytes
+
+
+def ours(generation: Generation) -> Peer:
+    """Return the project's own codec."""
+    return Peer(
+        "sphero-probe", partial(_read_ours, generation), tuple, tuple, partial(_encode_ours, generation)
+    )
+
+
+def peers(generation: Generation) -> Iterator[Peer | str]:
+    """Yield the peers that know a generation; for one that is not here, what to do about that."""
+    for name, open_peer in _PEERS[generation]:
+        try:
+            yield open_peer(f"{name} {version(name)}")
+        except ImportError as error:
+            yield f"{name} is left out, {error.name or error} is not installed: {EXTRA}"
+
+
+def _read_ours(generation: Generation, chunks: list[bytes], take: Take) -> None:
+    decoder = CODECS[generation].decoder(Role.HOST)
+    for chunk in chunks:
+        take(decoder.feed(chunk))
+    take(decoder.give_up())
+
+
+def _encode_ours(generation: Generation, commands: list[Command]) -> list[bytes]:
+    encode = CODECS[generation].encode_command
+    return [encode(command, number % 255) for number, command in enumerate(commands)]
+
+
+def _collected(collector: Callable[..., Any], chunks: list[bytes], take: Take) -> None:
+    found: list[Any] = []
+    add = collector(found.append).add
+    for chunk in chunks:
+        with suppress(Exception):  # spherov2 raises half a dozen kinds
+            add(chunk)
+        take(found)
+        found.clear()
+
+
+def _spherov2_second(name: str) -> Peer:
+    packet = import_module("spherov2.controls.v2").Packet
+
+    def encode(commands: list[Command]) -> list[bytes]:
+        new_packet = packet.Manager().new_packet
+        return [new_packet(did, cid, target, payload).build() for did, cid, payload, target in commands]
+
+    def facts(its: Any) -> tuple[object, ...]:
+        code = its.err if its.flags & 0x01 else None
+        return (its.did, its.cid, its.seq, code, its.tid, its.sid, bytes(its.data))
+
+    def told(packet: Packet) -> tuple[object, ...]:
+        match packet:
+            case Response(seq, code, payload, did, cid, source, target):
+                return (did, cid, seq, code, target, source, payload)
+            case Notification(did, cid, payload, source, target, seq):
+                return (did, cid, seq, None, target, source, payload)
+        return ()
+
+    return Peer(name, partial(_collected, packet.Collector), facts, told, encode)
+
+
+def _spherov2_first(name: str) -> Peer:
+    packet = import_module("spherov2.controls.v1").Packet
+
+    def facts(its: Any) -> tuple[object, ...]:
+        if isinstance(its, packet.Response):
+            return (int(its.mrsp), its.seq, bytes(its.data))
+        return (its.id_code, bytes(its.data))
+
+    def told(packet: Packet) -> tuple[object, ...]:
+        match packet:
+            case Response(seq, code, payload):
+                return (code, seq, payload)
+            case Notification(_, cid, payload):
+                return (cid, payload)
+        return ()
+
+    return Peer(name, partial(_collected, packet.Collector), facts, told, chunk=bytearray)
+
+
+def _rvr_mcp(name: str) -> Peer:
+    build_packet = import_module("sphero_rvr_mcp.protocol.packet").build_packet
+    dispatcher = import_module("sphero_rvr_mcp.protocol.dispatcher").SerialDispatcher
+
+    def read(chunks: list[bytes], take: Take) -> None:
+        found: list[Any] = []
+        reader = dispatcher(None)
+        reader._dispatch_response = found.append  # noqa: SLF001 - its framing is to be timed, not its matching
+        process = reader._process_data  # noqa: SLF001 - the only way in that is no thread
+        for chunk in chunks:
+            process(chunk)
+            take(found)
+            found.clear()
+
+    def encode(commands: Iterable[Command]) -> list[bytes]:
+        return [build_packet(did, cid, target, payload, True) for did, cid, payload, target in commands]
+
+    def facts(its: Any) -> tuple[object, ...]:
+        return (its.did, its.cid, its.seq, its.data)
+
+    def told(packet: Packet) -> tuple[object, ...]:
+        match packet:
+            case Response(seq, _, payload, did, cid) | Notification(did, cid, payload, _, _, seq):
+                return (did, cid, seq, payload)
+        return ()
+
+    return Peer(name, read, facts, told, encode, "code, target and source")
+
+
+_PEERS: dict[Generation, tuple[tuple[str, Callable[[str], Peer]], ...]] = {
+    Generation.V1: (("spherov2", _spherov2_first),),
+    Generation.V2: (("spherov2", _spherov2_second), ("sphero-rvr-mcp", _rvr_mcp)),
+}

@@ -1,0 +1,157 @@
+"""The benchmark runs, its corpora say what they are said to, and it tells who lost what."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import reference_decoder
+import reference_decoder_v1
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # benchmarks is a folder of the repository, not of the wheel
+
+from benchmarks import codec, peers  # noqa: E402
+from benchmarks.__main__ import main  # noqa: E402
+from benchmarks.corpus import (  # noqa: E402
+    ANSWERS_ONLY,
+    chunks,
+    commands,
+    damaged,
+    first_generation,
+    second_generation,
+)
+from benchmarks.section import Line, Options, Ratio, Remark  # noqa: E402
+from benchmarks.timing import race, ratio  # noqa: E402
+from sphero_probe.protocol.packets import Generation  # noqa: E402
+from sphero_probe.protocol.v2 import V2  # noqa: E402
+
+
+@pytest.mark.unmeasured
+def test_the_codec_section_runs_and_names_every_peer(capsys):
+    assert main(["--quick", "--only", "codec", "--rounds", "1", "--json"]) == 0
+    entries = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    lines = [entry for entry in entries if entry["type"] == "line"]
+    assert {entry["section"] for entry in entries} == {"codec"}
+    decoding = [line for line in lines if "decode" in line["what"] and line["peer"].startswith("spherov2")]
+    assert len(decoding) == 7
+    for line in decoding:
+        assert line["ratio"]["median"] > 1
+        assert not line["lost"]
+    assert any("encode" in line["what"] for line in lines)
+    beside_damage = [line for line in lines if "damaged" in line["what"]]
+    assert all(line["lost"] and line["ratio"] is None for line in beside_damage)
+    assert all("we recovered 100 %" in line["note"] for line in beside_damage if line["what"][:2] == "V2")
+
+
+def test_the_quick_benchmark_is_a_command():
+    command = [sys.executable, "-m", "benchmarks", "--help"]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    for word in ("--quick", "--only", "--rounds", "--json", "codec", "decode"):
+        assert word in ran.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(["--only", "cooking"], id="no such section"),
+        pytest.param(["--rounds", "0"], id="no round"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert arguments[1] in capsys.readouterr().err or arguments[1] == "0"
+
+
+def test_the_text_tells_bars_and_losses(capsys, monkeypatch):
+    entries = [
+        Remark("what is simulated"),
+        Line("a task", "a peer", Ratio(3.0, 2.0, 4.0), 2.5),
+        Line("a task", "a slow one", Ratio(2.0, 2.0, 2.0), 2.5, note="1 us"),
+        Line("a task", "a lossy one", Ratio(9.0, 9.0, 9.0), 2.5, "7 of 9 frames"),
+    ]
+    section = codec.SECTION._replace(measure=lambda _: iter(entries))
+    monkeypatch.setattr("benchmarks.__main__.sections", lambda: {"codec": section})
+    assert main(["--quick"]) == 0
+    remark, met, missed, lossy = capsys.readouterr().out.splitlines()[-4:]
+    assert remark.strip() == "what is simulated"
+    assert "3.0x [2.0-4.0]" in met
+    assert "bar 2.5x met" in met
+    assert "bar 2.5x missed" in missed
+    assert "7 of 9 frames" in lossy
+    assert "met" not in lossy
+
+
+def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(f"No module named {name}", name=name)
+
+    monkeypatch.setattr(peers, "version", missing)
+    left_out = list(peers.peers(Generation.V2))
+    assert len(left_out) == 2
+    assert all("[bench]" in text and "not installed" in text for text in left_out)
+    rows = list(codec._recovery(damaged(second_generation(50), 0.1), []))
+    assert all("we recovered 100 %" in row.note for row in rows)
+
+
+def test_who_loses_frames_is_told():
+    def deaf(chunks, take):
+        peers.ours(Generation.V2).read(chunks[1:], take)
+
+    corpus = second_generation(200)
+    poor = peers.ours(Generation.V2)._replace(name="a deaf peer", read=deaf)
+    assert codec._loss(corpus, 244, peers.ours(Generation.V2)) == ""
+    assert codec._loss(corpus, 244, poor).endswith("of 200 frames, 0 wrong")
+    assert codec._misspelt(poor, commands(20)) == ""
+    assert codec._misspelt(poor._replace(encode=lambda _: [b""]), commands(20))
+
+
+def test_the_plain_decoders_read_the_corpora():
+    for corpus in (second_generation(300), second_generation(100, kinds=ANSWERS_ONLY)):
+        plain = reference_decoder.frames_in(corpus.stream, 4096)
+        assert len(plain) == len(corpus.packets)
+        for frame, packet in zip(plain, corpus.packets, strict=True):
+            assert (frame.did, frame.cid, frame.seq) == (packet.did, packet.cid, packet.seq)
+            assert (frame.tid, frame.sid, frame.data) == (packet.target, packet.source, packet.payload)
+            assert frame.flags == packet.flags
+    corpus = first_generation(60)
+    plain = reference_decoder_v1.frames_in(corpus.stream, "host", 4096)
+    assert [frame.data for frame in plain] == [packet.payload for packet in corpus.packets]
+
+
+def test_a_corpus_is_the_same_for_the_same_seed():
+    assert second_generation(50) == second_generation(50)
+    assert second_generation(50).stream != second_generation(50, seed=2).stream
+    assert b"".join(chunks(first_generation(50).stream, 7)) == first_generation(50).stream
+    assert all(len(command.payload) < 12 for command in commands(40))
+
+
+def test_damage_leaves_the_good_frames_whole():
+    corpus = second_generation(500)
+    spoilt = damaged(corpus, 0.1)
+    assert 420 < len(spoilt.packets) < 480
+    at = 0
+    for packet in spoilt.packets:
+        frame = V2.frame_of(packet)
+        at = spoilt.stream.index(frame, at) + len(frame)
+
+
+def test_all_run_by_turns():
+    order = []
+    seconds = race({name: lambda name=name: order.append(name) for name in "abc"}, 3)
+    assert "".join(order) == "abc" + "abc" + "bca" + "cab"
+    assert all(len(times) == 3 for times in seconds.values())
+    assert ratio([2.0, 4.0, 9.0], [1.0, 1.0, 3.0]) == Ratio(3.0, 2.5, 3.5)
+    assert ratio([3.0], [1.5]) == Ratio(2.0, 2.0, 2.0)
+
+
+def test_rounds_are_at_least_seven(monkeypatch):
+    asked: list[Options] = []
+    section = codec.SECTION._replace(measure=lambda options: iter(asked.append(options) or ()))
+    monkeypatch.setattr("benchmarks.__main__.sections", lambda: {"codec": section})
+    for arguments in ([], ["--quick"], ["--rounds", "2"]):
+        main(arguments)
+    assert [options.rounds for options in asked] == [15, 7, 2]
