@@ -30,7 +30,7 @@ LINKS: Final = ((0.015, 6), (0.030, 4), (0.050, 4))
 SILENT: Final = (0.0, 0.05, 0.2)
 QUEUES: Final = (8, 2)
 LOSSES: Final = (0.0, 0.02)
-_USUAL: Final = (0.05, 8)
+USUAL: Final = (0.05, 8)
 """Share of silent commands and places in the robot's queue that the bars are for."""
 _SEEDS: Final = 20
 _QUICK_SEEDS: Final = 3
@@ -38,7 +38,7 @@ _PACKET: Final = 20
 """Bytes that one packet of the modelled link carries."""
 _NODE: Final = 0x11
 _ONE_DEVICE: Final = (0x13,)
-_BAR_ONE, _BAR_ALL, _BAR_PEER = 1.6, 1.3, 30.0
+MOST_ONE, MOST_ALL, _BAR_PEER = 1.6, 1.3, 30.0
 _PEER_PAUSE: Final = 0.075
 _PEER_PATIENCE: Final = 10.0
 """Seconds that spherov2 0.12.1 waits between writes to a BOLT, and for an answer."""
@@ -97,16 +97,16 @@ def measure(options: Options) -> Iterator[Line | Remark]:
                 for loss in LOSSES:
                     cell = Cell(interval, per_event, silent, queue, loss)
                     swept = [sweep_of(cell, _ONE_DEVICE, seed) for seed in range(seeds)]
-                    bar = _BAR_ONE if (silent, queue) == _USUAL and not loss else None
+                    bar = MOST_ONE if (silent, queue) == USUAL and not loss else None
                     yield _line("256 CIDs", cell, swept, bar)
     dids = range(0x40, 0x50) if options.quick else range(256)
     for interval, per_event in LINKS:
         for loss in LOSSES:
-            cell = Cell(interval, per_event, *_USUAL, loss)
-            bar = None if loss else _BAR_ALL
+            cell = Cell(interval, per_event, *USUAL, loss)
+            bar = None if loss else MOST_ALL
             yield _line(f"{len(dids)} x 256", cell, [sweep_of(cell, dids, 0)], bar)
     for interval, per_event in LINKS:
-        cell = Cell(interval, per_event, *_USUAL, 0.0)
+        cell = Cell(interval, per_event, *USUAL, 0.0)
         theirs = [strategy_of_spherov2(cell, seed) for seed in range(seeds)]
         ours = [sweep_of(cell, _ONE_DEVICE, seed) for seed in range(seeds)]
         quotients = sorted(their / our.seconds for their, our in zip(theirs, ours, strict=True))

@@ -32,7 +32,7 @@ Cli = Callable[..., Ran]
 @pytest.fixture
 def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Cli:
     """Run the command line in this process and tell how it ended."""
-    for name in ("SPHERO_PROBE_DEVICE", "FORCE_COLOR", "NO_COLOR", "COLUMNS"):
+    for name in ("SPHERO_PROBE_DEVICE", "FORCE_COLOR", "NO_COLOR", "COLUMNS", "LC_ALL", "LC_CTYPE", "LANG"):
         monkeypatch.delenv(name, raising=False)
 
     def ran(*arguments: str) -> Ran:

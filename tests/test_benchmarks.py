@@ -12,7 +12,7 @@ import reference_decoder_v1
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # benchmarks is a folder of the repository, not of the wheel
 
-from benchmarks import codec, peers  # noqa: E402
+from benchmarks import codec, peers, sweep  # noqa: E402
 from benchmarks.__main__ import main  # noqa: E402
 from benchmarks.corpus import (  # noqa: E402
     ANSWERS_ONLY,
@@ -155,3 +155,26 @@ def test_rounds_are_at_least_seven(monkeypatch):
     for arguments in ([], ["--quick"], ["--rounds", "2"]):
         main(arguments)
     assert [options.rounds for options in asked] == [15, 7, 2]
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("loss", sweep.LOSSES)
+@pytest.mark.parametrize("queue", sweep.QUEUES)
+@pytest.mark.parametrize("silent", sweep.SILENT)
+@pytest.mark.parametrize(("interval", "per_event"), sweep.LINKS)
+@pytest.mark.unmeasured
+def test_no_answer_is_taken_for_silence_on_any_modelled_link(interval, per_event, silent, queue, loss, seed):
+    swept = sweep.sweep_of(sweep.Cell(interval, per_event, silent, queue, loss), [0x13], seed)
+    assert swept.false == 0
+    assert swept.seconds >= swept.limit
+
+
+@pytest.mark.parametrize(("interval", "per_event"), sweep.LINKS)
+@pytest.mark.unmeasured
+def test_a_sweep_of_whole_devices_comes_near_its_link(interval, per_event):
+    """On a virtual clock: the same on every machine, however busy."""
+    cell = sweep.Cell(interval, per_event, *sweep.USUAL, 0.0)
+    swept = sweep.sweep_of(cell, range(0x40, 0x48), 0)
+    assert swept.seconds / swept.limit < sweep.MOST_ALL
+    theirs = sweep.strategy_of_spherov2(cell, 0)
+    assert theirs / sweep.sweep_of(cell, [0x13], 0).seconds > 20

@@ -346,6 +346,8 @@ def test_runs_are_listed_the_last_first(cli, folder):
     table = cli("runs", "--format", "table").out
     assert "incomplete" in table
     assert "broken" in table
+    named = [line.split()[0] for line in table.splitlines()[2:] if not line.startswith(" ")]
+    assert [cli("report", name).code for name in named] == [8, 0, 0]
     assert len(cli("runs", "--format", "plain").out.splitlines()) == 3
 
 

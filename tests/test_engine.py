@@ -290,7 +290,7 @@ def test_stopping_sends_nothing_more_and_says_so():
 
 
 def test_a_robot_that_answers_nothing_is_told_as_such():
-    with pytest.raises(NoAnswerError, match="first answer: .* answers nothing"):
+    with pytest.raises(NoAnswerError, match=r"first answer: .* answers nothing"):
         ask("bolt?loss=1", [whole(0x13)])
 
 

@@ -48,7 +48,9 @@ def random_robot(chance: random.Random) -> str:
     return f"{chance.choice(MODELS)}?" + "&".join(f"{key}={value}" for key, value in keys.items())
 
 
-def ask(settings: str, *, timeout: float | None = None, whole: bool = False) -> tuple[FakeRobot, list[Record], list[Executed]]:
+def ask(
+    settings: str, *, timeout: float | None = None, whole: bool = False
+) -> tuple[FakeRobot, list[Record], list[Executed]]:
     """Sweep two devices of a robot, or discover them by all stages, on the virtual clock."""
     executed: list[Executed] = []
     robot = FakeRobot(parse_settings(settings), on_execute=executed.append)
@@ -67,7 +69,9 @@ def ask(settings: str, *, timeout: float | None = None, whole: bool = False) -> 
             async def reopen() -> Link:
                 await line.aclose()
                 robot.connect(now=asyncio.get_running_loop().time())
-                return await line.enter_async_context(Link(FakeTransport(robot), codec, guard, timeout=timeout))
+                return await line.enter_async_context(
+                    Link(FakeTransport(robot), codec, guard, timeout=timeout)
+                )
 
             target = 0x11 if robot.model.addressed else None
             plan = Plan("oracle", "", [list(sweep(dids, CIDS))], verify=True)

@@ -2,11 +2,15 @@
 
 import io
 import json
+import re
+import sys
 from pathlib import Path
 
 import pytest
 
-from sphero_probe.cli.output import FORMATS, Output
+from sphero_probe.cli.output import FORMATS, Output, say, takes_unicode
+from sphero_probe.cli.progress_bar import progress_bar
+from sphero_probe.cli.running import progress
 from sphero_probe.errors import OutputError
 from sphero_probe.reports.rows import fact_row
 from sphero_probe.reports.views import FACTS
@@ -95,3 +99,88 @@ def test_listen_to_a_reader_that_is_gone_ends_quietly(cli, monkeypatch):
     monkeypatch.setattr("sys.stdout", Gone())
     ran = cli("listen", "--seconds", "20", "--format", "jsonl", "--send", *STREAMING)
     assert (ran.code, ran.err) == (OutputError.exit_code, "")
+
+
+class Terminal(io.StringIO):
+    """What a terminal was sent."""
+
+    encoding = "utf-8"  # type: ignore[assignment]
+
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Put a terminal of 80 columns behind both standard streams."""
+    for name in ("LC_ALL", "LC_CTYPE", "LANG", "NO_COLOR", "FORCE_COLOR", "PYTHONUTF8", "PYTHONIOENCODING"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "80")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    monkeypatch.setattr("sys.stderr", terminal)
+    return terminal
+
+
+@pytest.mark.parametrize(
+    ("environment", "all_of_it"),
+    [
+        pytest.param({}, True, id="nothing-said"),
+        pytest.param({"LANG": "de_DE.UTF-8"}, True, id="utf-8"),
+        pytest.param({"LC_ALL": "C"}, False, id="c"),
+        pytest.param({"LC_ALL": "POSIX", "LANG": "de_DE.UTF-8"}, False, id="posix-overrides"),
+        pytest.param({"LANG": "C"}, False, id="c-by-default"),
+        pytest.param({"LANG": "C", "LC_CTYPE": "C.UTF-8"}, True, id="c-but-for-characters"),
+        pytest.param({"LC_ALL": "C", "PYTHONUTF8": "1"}, True, id="the-interpreter-is-told-otherwise"),
+    ],
+)
+def test_what_may_be_written_is_a_matter_of_the_locale(monkeypatch, tmp_path, environment, all_of_it):
+    terminal = on_terminal(monkeypatch)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert takes_unicode(sys.stdout) is all_of_it
+    say("漢\x1b[2J")
+    assert terminal.getvalue() == ("漢\\x1b[2J\n" if all_of_it else "\\u6f22\\x1b[2J\n")
+    with (tmp_path / "file").open("w", encoding="utf-8") as file:
+        assert takes_unicode(file)
+
+
+def test_a_standard_error_that_is_gone_is_borne(monkeypatch):
+    class Gone(io.StringIO):
+        def write(self, _: str) -> int:
+            raise BrokenPipeError
+
+    monkeypatch.setattr("sys.stderr", Gone())
+    say("nobody hears this")
+    monkeypatch.setattr("sys.stderr", None)
+    say("nor this")
+
+
+@pytest.mark.parametrize("color", [True, False], ids=["colour", "plain"])
+@pytest.mark.parametrize("unicode", [True, False], ids=["unicode", "ascii"])
+def test_a_progress_bar_shows_what_the_terminal_can(monkeypatch, color, unicode):
+    terminal = on_terminal(monkeypatch)
+    with progress_bar("sweep", color=color, unicode=unicode) as advance:
+        advance(3, 12)
+    sent = terminal.getvalue()
+    assert "calibrating" in sent
+    assert sent.isascii() is not unicode
+    assert bool(re.search(r"\x1b\[[0-9;]*m", sent)) is color
+
+
+def test_what_is_said_meanwhile_stands_above_the_bar_and_the_bar_goes(monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    with progress_bar("sweep", color=False, unicode=True) as advance:
+        advance(3, 12)
+        terminal.truncate(0)
+        say("stopping")
+        assert re.match(r"\0*\r\x1b\[2Kstopping *\nsweep", terminal.getvalue())
+    assert terminal.getvalue().endswith("\x1b[2K")
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_rows_that_run_over_a_terminal_are_not_mixed_with_a_bar(monkeypatch, name):
+    terminal = on_terminal(monkeypatch)
+    with progress("sweep", Output(name, None, "never")) as advance:
+        advance(3, 12)
+    assert bool(terminal.getvalue()) is (name == "table")

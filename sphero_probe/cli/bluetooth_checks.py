@@ -5,28 +5,23 @@ A part that stands on one that is broken is skipped, so that what has to be mend
 
 import os
 import platform
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Final
 
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.cli.machine_checks import surroundings, within
 from sphero_probe.errors import SpheroProbeError
-from sphero_probe.reports.checks import Look, State
+from sphero_probe.reports.checks import Look, State, Tell
 from sphero_probe.reports.rows import UNKNOWN_SPHERO
 from sphero_probe.transports.base import WHY_UNHEARD, OpenOptions, Seen
 from sphero_probe.transports.ble import machine
 from sphero_probe.transports.ble.explain import step
-from sphero_probe.transports.ble.wording import SWITCH_ON
+from sphero_probe.transports.ble.wording import OLDEST_BLUEZ, SWITCH_ON
 from sphero_probe.transports.registry import scan
-
-Tell = Callable[[str, Look], None]
-"""Takes the name of a check and what it found."""
 
 LISTENING: Final = 1.0
 """Seconds of the scan: enough to see that it is allowed, and most robots nearby."""
 
-_OLDEST: Final = "5.55"
-"""The first BlueZ that bleak talks to [bleak, backends/bluezdbus/version.py]."""
 _NAMED: Final = 5
 _GROUP: Final = "bluetooth"
 
@@ -105,9 +100,9 @@ async def _version(timeout: float) -> Look:
     found = await machine.bluez_version(timeout)
     if not found:
         return Look(State.SKIPPED, "unknown: bluetoothctl, which tells it, is not here")
-    if within(found, f">={_OLDEST}"):
+    if within(found, f">={OLDEST_BLUEZ}"):
         return Look(State.OK, found)
-    return Look(State.FAIL, f"{found}, needed is {_OLDEST} or later", "install a newer BlueZ")
+    return Look(State.FAIL, f"{found}, needed is {OLDEST_BLUEZ} or later", "install a newer BlueZ")
 
 
 async def _check_service(tell: Tell, timeout: float) -> machine.Sight | None:

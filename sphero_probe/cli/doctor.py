@@ -133,9 +133,9 @@ class Checkup:
 
     def _echo(self, step: str) -> None:
         if self._verbose:
-            from sphero_probe.reports.printable import visible
+            from sphero_probe.cli.output import say
 
-            click.echo(f"{visible(step)} ...", err=True)
+            say(f"{step} ...")
 
 
 def _looked(check: "Callable[[], Look]") -> "Look":

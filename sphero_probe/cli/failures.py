@@ -12,6 +12,8 @@ from sphero_probe.cli import NAME
 from sphero_probe.errors import OutputError, SpheroProbeError, UsageError
 
 BUG: Final = 70
+_HINT: Final = 4000
+"""Characters of a hint: a command to go on with is of use only as a whole."""
 INTERRUPTED: Final = 130
 """128 and the number of SIGINT; the module with its name is not imported for that."""
 
@@ -105,12 +107,11 @@ def _cannot_write(error: OSError) -> int:
 
 
 def _tell(message: str, hint: str = "") -> None:
-    from sphero_probe.reports.printable import visible
+    from sphero_probe.cli.output import say
 
-    with suppress(OSError):
-        click.echo(f"sphero-probe: {visible(message, limit=400)}", err=True)
-        if hint:
-            click.echo(f"  {visible(hint, limit=400)}", err=True)
+    say(f"sphero-probe: {message}")
+    if hint:
+        say(f"  {hint}", limit=_HINT)
 
 
 def _show_traceback() -> None:

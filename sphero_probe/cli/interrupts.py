@@ -5,9 +5,8 @@ import signal
 from collections.abc import Coroutine
 from typing import Any, Final
 
-import click
-
 from sphero_probe.cli.failures import InterruptedRunError
+from sphero_probe.cli.output import say
 
 _SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
@@ -60,7 +59,7 @@ class Interrupts:
         self.number = self.number or number
         if first and self._stop is not None:
             self._stop.set()
-            click.echo("stopping after what is in flight; once more to stop at once", err=True)
+            say("stopping after what is in flight; once more to stop at once")
         elif self._task:
             self._task.cancel()
 

@@ -11,11 +11,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
 
-import click
-
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.failures import InterruptedRunError
 from sphero_probe.cli.options import Keeping
+from sphero_probe.cli.output import say
 from sphero_probe.errors import (
     BadInputFileError,
     IncompleteError,
@@ -33,7 +32,6 @@ from sphero_probe.probing.journal_lines import Opening, digest_of
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import Earlier
 from sphero_probe.probing.runs_folder import create_journal, find_journal
-from sphero_probe.reports.printable import visible
 from sphero_probe.transports.base import Connection
 
 
@@ -152,7 +150,7 @@ class Keeper:
             if self.journal:
                 self.journal.close()
                 self.journal = None
-            click.echo(f"warning: no journal is kept: {visible(str(error), limit=400)}", err=True)
+            say(f"warning: no journal is kept: {error}")
 
     def intend(self, asked: Asked) -> None:
         """Take in that a probe is about to be sent.
@@ -190,7 +188,7 @@ class Keeper:
             raise
         except (InterruptedRunError, KeyboardInterrupt, OSError):
             if command := self._resume(device, consent):
-                click.echo(visible(command, limit=None), err=True)
+                say(command, limit=None)
             raise
 
     def _resume(self, device: str, consent: Consent) -> str:

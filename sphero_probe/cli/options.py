@@ -151,9 +151,8 @@ def asking_options(function: Command) -> Command:
         click.option(
             "--timeout",
             type=click.FloatRange(min=0.01, max=60),
-            default=1.0,
             metavar="SECONDS",
-            help="Until a command counts as silent.  [default: 1]",
+            help="Until a command counts as silent.  [default: measured]",
         ),
         click.option(
             "--target",

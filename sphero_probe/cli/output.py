@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, NamedTuple, TextIO
 
 from sphero_probe.errors import OutputError
@@ -97,8 +97,38 @@ class Output(NamedTuple):
 
 
 def takes_unicode(stream: TextIO) -> bool:
-    """Tell whether a stream's encoding has all characters."""
+    """Tell whether all characters may be written to a stream.
+
+    In the C locale the interpreter writes UTF-8 all the same, which a terminal of that locale does not show.
+    """
+    if stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__) and _is_plain_c():
+        return False
     return (stream.encoding or "").lower().replace("-", "").startswith("utf")
+
+
+def _is_plain_c() -> bool:
+    """Tell whether the environment asks for the C locale, and for no other encoding."""
+    if os.environ.get("PYTHONUTF8") or os.environ.get("PYTHONIOENCODING"):
+        return False
+    chosen = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_CTYPE", "LANG"))), "")
+    return chosen in ("C", "POSIX")
+
+
+def say(text: str, *, limit: int | None = 400) -> None:
+    """Write a line for a person to standard error, made harmless, above a progress bar if there is one.
+
+    ``click.echo`` would write into the bar. A standard error that is gone is borne.
+
+    Args:
+        text: may hold a stranger's text.
+        limit: characters of it, None for all.
+    """
+    from sphero_probe.reports.printable import visible
+
+    if sys.stderr is not None:
+        with suppress(OSError):
+            sys.stderr.write(visible(text, limit=limit, unicode=takes_unicode(sys.stderr)) + "\n")
+            sys.stderr.flush()
 
 
 class _Flushed:

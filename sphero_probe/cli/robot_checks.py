@@ -17,13 +17,10 @@ from sphero_probe.probing.asking import Asker
 from sphero_probe.probing.round_trips import RoundTrips, measure_round_trips
 from sphero_probe.probing.single import ask_single
 from sphero_probe.protocol import CODECS
-from sphero_probe.reports.checks import Look, State
+from sphero_probe.reports.checks import Look, State, Tell
 from sphero_probe.reports.phrases import measured
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import open_transport
-
-Tell = Callable[[str, Look], None]
-"""Takes the name of a check and what it found."""
 
 Fact = dict[str, object]
 """The data of a fact's row."""

@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-import click
-
 from sphero_probe.cli.interrupts import Interrupts, run_interruptible
 from sphero_probe.cli.keeping import Keeper
-from sphero_probe.cli.output import Output, wants_color
+from sphero_probe.cli.output import Output, say, takes_unicode, wants_color
 from sphero_probe.cli.session import Session, open_session
 from sphero_probe.cli.words import node
 from sphero_probe.errors import IncompleteError, LinkLostError
@@ -79,7 +77,7 @@ def run_plan(
 def _warn_of_other_robot(plan: Plan, session: Session) -> None:
     robot = session.connection.robot
     if plan.robots and (robot is None or robot.key not in plan.robots):
-        click.echo(f"note: the plan {plan.name} is meant for {', '.join(plan.robots)}", err=True)
+        say(f"note: the plan {plan.name} is meant for {', '.join(plan.robots)}")
 
 
 def start_run(
@@ -114,27 +112,16 @@ def row_of(record: Record) -> Row:
 
 @contextmanager
 def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar with rate and time left while standard error is a terminal."""
-    if not sys.stderr.isatty():
+    """Show a bar with rate and time left while standard error is a terminal.
+
+    Where rows run over a terminal as they come, they are the progress themselves.
+    """
+    rows_run = output.file is None and output.format != "table" and sys.stdout.isatty()
+    if rows_run or not sys.stderr.isatty():
         yield lambda _done, _total: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from sphero_probe.cli.progress_bar import progress_bar
 
-    color = wants_color(output.color, sys.stderr)
-    console = Console(stderr=True, no_color=not color, highlight=False)
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}", markup=False),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=None, rate="")
-
-        def advance(done: int, total: int) -> None:
-            speed = bar.tasks[0].speed
-            bar.update(task, completed=done, total=total, rate=f"{speed:.0f}/s" if speed else "")
-
+    color, unicode = wants_color(output.color, sys.stderr), takes_unicode(sys.stderr)
+    with progress_bar(title, color=color, unicode=unicode) as advance:
         yield advance

@@ -133,10 +133,11 @@ def _live(output: Output, sightings: "Sightings") -> "Iterator[Callable[[], None
     import sys
     from time import monotonic
 
-    from sphero_probe.cli.output import wants_color
+    from sphero_probe.cli.output import takes_unicode, wants_color
     from sphero_probe.reports.robots_watch import LiveTable
 
-    with LiveTable(sys.stdout, color=wants_color(output.color, sys.stdout)) as table:
+    color, unicode = wants_color(output.color, sys.stdout), takes_unicode(sys.stdout)
+    with LiveTable(sys.stdout, color=color, unicode=unicode) as table:
         yield lambda: table.draw(sightings.listed(), monotonic())
 
 
@@ -177,12 +178,12 @@ def _remember(seen: "Iterable[Seen]") -> None:
 
 def _say_why(others: int, pattern: str | None, seconds: float) -> None:
     """Say on standard error why the list may be empty."""
-    from sphero_probe.reports.printable import visible
+    from sphero_probe.cli.output import say
     from sphero_probe.transports.base import WHY_UNHEARD
 
     if others and pattern is not None:
         many = "1 robot was" if others == 1 else f"{others} robots were"
-        said = f"{many} heard, and none has a name like '{visible(pattern, limit=40)}'"
+        said = f"{many} heard, and none has a name like '{pattern[:40]}'"
     else:
         said = f"no robot was heard within {seconds:g} s: {WHY_UNHEARD}"
-    click.echo(said, err=True)
+    say(said)

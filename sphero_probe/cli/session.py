@@ -5,18 +5,16 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from time import monotonic
 
-import click
-
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.gatt_services import list_services
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.cli.output import say
 from sphero_probe.errors import LinkLostError, NoAnswerError
 from sphero_probe.link.guard import Consent, Guard
 from sphero_probe.link.link import Link
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation
-from sphero_probe.reports.printable import visible
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
 from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
@@ -103,7 +101,7 @@ async def open_session(
 
     def tell(step: str) -> None:
         if verbose:
-            click.echo(f"{monotonic() - began:7.3f} s  {visible(step)}", err=True)
+            say(f"{monotonic() - began:7.3f} s  {step}")
 
     options = OpenOptions(connect_timeout, adapter, tell)
     async with AsyncExitStack() as origin, AsyncExitStack() as line:

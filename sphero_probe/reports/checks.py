@@ -1,5 +1,6 @@
 """Looks at this machine and its robot come in as values, their rows and the view that shows them come out."""
 
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Final, NamedTuple
 
@@ -32,6 +33,10 @@ class Look(NamedTuple):
     state: State
     seen: str
     fix: str = ""
+
+
+Tell = Callable[[str, Look], None]
+"""Takes the name of a check and what it found."""
 
 
 def check_row(name: str, look: Look) -> Row:

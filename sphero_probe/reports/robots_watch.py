@@ -220,7 +220,7 @@ def _clipped(text: str, size: int, *, unicode: bool) -> str:
 class LiveTable:
     """A table on a terminal that is drawn over itself; the last one stays when it is left."""
 
-    def __init__(self, out: TextIO, *, color: bool) -> None:
+    def __init__(self, out: TextIO, *, color: bool, unicode: bool) -> None:
         self._console = Console(
             file=out,
             force_terminal=True,
@@ -230,7 +230,7 @@ class LiveTable:
             emoji=False,
             highlight=False,
         )
-        self._unicode = not self._console.options.ascii_only
+        self._unicode = unicode
         self._drawn: tuple[str, tuple[int, int]] | None = None
         self._last: tuple[Sequence[Sighting], float] | None = None
         self._live = Live(

@@ -271,18 +271,22 @@ FACTS: Final = View(
     "The robot told nothing about itself.",
 )
 
+
+def _name_of_run(data: Data) -> str:
+    """The file's name as ``report`` takes it: when, which robot, which plan."""
+    return shown(data.get("file")).replace("\\", "/").rpartition("/")[2].removesuffix(".jsonl")
+
+
 RUNS: Final = View(
     "run_file",
     (
-        _both("when", whole=True),
+        Column("", "Run", _name_of_run, Place.TABLE, whole=True),
+        *_record("when"),
         _both("robot"),
-        *_record("model", "command"),
-        _both("plan"),
-        *_record("counts", "complete"),
+        *_record("model", "command", "plan", "counts", "complete"),
         _table("Found", phrases.found),
         _table("End", phrases.end_of_run),
         *_record("file", "problem"),
-        _table("File", lambda data: shown(data.get("file")).replace("\\", "/").rpartition("/")[2]),
     ),
     "No runs are kept yet.",
 )

@@ -98,7 +98,9 @@ BUS_DIED: Final = Words(
     UnavailableError, "the connection to D-Bus broke", "was D-Bus or bluetoothd restarted? try again"
 )
 LOCKED_OUT: Final = NOT_AVAILABLE[_Reason.DENIED_BY_SYSTEM]
-TOO_OLD: Final = Words(UnavailableError, "BlueZ is too old", "update it to 5.55 or later")
+OLDEST_BLUEZ: Final = "5.55"
+"""The first version that bleak talks to [bleak, backends/bluezdbus/version.py]."""
+TOO_OLD: Final = Words(UnavailableError, "BlueZ is too old", f"update it to {OLDEST_BLUEZ} or later")
 UNPAIRED: Final = Words(
     LastingFailureError, "the robot wants a pairing (insufficient authentication or encryption)", _FORGET
 )
@@ -108,6 +110,7 @@ NEVER_RESOLVED: Final = Words(
     "the robot is connected and does not tell which it has",
     _FORGET | {"linux": "wake it; still so: bluetoothctl remove ADDRESS, then try again"},
 )
+_NO_START: Final = Words(UnavailableError, "BlueZ does not start", "look at: systemctl status bluetooth")
 
 DBUS: Final[dict[str, Words]] = {
     "AccessDenied": Words(
@@ -119,8 +122,8 @@ DBUS: Final[dict[str, Words]] = {
         UnavailableError, "BlueZ is not running", "install and start bluetoothd (Debian: apt install bluez)"
     ),
     "NameHasNoOwner": Words(UnavailableError, "BlueZ is not running", "start it: systemctl start bluetooth"),
-    "Spawn": Words(UnavailableError, "BlueZ does not start", "look at: systemctl status bluetooth"),
-    "NoSuchUnit": Words(UnavailableError, "BlueZ does not start", "look at: systemctl status bluetooth"),
+    "Spawn": _NO_START,
+    "NoSuchUnit": _NO_START,
     "NoReply": MUTE,
     "Timeout": MUTE,
     "TimedOut": MUTE,
@@ -141,14 +144,15 @@ DBUS: Final[dict[str, Words]] = {
 """A part between the dots of a D-Bus error's name -> words."""
 
 _GONE: Final = Words(ConnectionFailedError, DROPPED, NEARER)
+_GIVEN_UP: Final = Words(ConnectionFailedError, "the radio gave the connection up", NEARER)
 
 TEXTS: Final[tuple[tuple[str, Words], ...]] = (
     ("not paired", UNPAIRED),
     ("not connected", _GONE),
     ("disconnected", _GONE),
     ("service discovery has not been performed", _GONE),
-    ("connection abort", Words(ConnectionFailedError, "the radio gave the connection up", NEARER)),
-    ("connection-abort", Words(ConnectionFailedError, "the radio gave the connection up", NEARER)),
+    ("connection abort", _GIVEN_UP),
+    ("connection-abort", _GIVEN_UP),
     ("connection timed out", UNREACHABLE),
     ("page timeout", UNREACHABLE),
     ("host is down", UNREACHABLE),

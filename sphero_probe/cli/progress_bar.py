@@ -1,0 +1,59 @@
+"""How many probes are done goes in; a bar with rate and time left comes out, and goes again at the end."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, Task, TextColumn, TimeRemainingColumn
+from rich.table import Column
+from rich.text import Text
+
+_WIDEST: Final = 30
+"""Columns of the bar: a line that is full would let the echo of Ctrl-C begin another, and stay."""
+
+
+class _AsciiConsole(Console):
+    """A terminal that shows ASCII only, whatever its stream takes."""
+
+    @property
+    def encoding(self) -> str:
+        return "ascii"
+
+
+class _TimeLeft(TimeRemainingColumn):
+    def render(self, task: Task) -> Text:
+        left = super().render(task)
+        return left.append(" left") if task.time_remaining else left
+
+
+@contextmanager
+def progress_bar(title: str, *, color: bool, unicode: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar on standard error until it is left; before the first probe is done, the robot is calibrated.
+
+    Args:
+        title: what stands before the bar.
+        color: it may be coloured.
+        unicode: False keeps it within ASCII.
+
+    Yields:
+        Takes how many probes are done, and of how many.
+    """
+    console = (Console if unicode else _AsciiConsole)(
+        stderr=True, color_system="auto" if color else None, no_color=not color, highlight=False
+    )
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(bar_width=None, table_column=Column(max_width=_WIDEST)),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}", markup=False),
+        _TimeLeft(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, rate="calibrating")
+
+        def advance(done: int, total: int) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:.0f}/s" if speed else "")
+
+        yield advance
