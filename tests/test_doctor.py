@@ -16,6 +16,8 @@ from typing import Any
 import pytest
 from bleak import BleakScanner
 from fake_bluez import ACCESS_DENIED, Adapter, BusFaults, FakeBlueZ, Faults, Peripheral, sphero_v2
+from fake_bluez_stage import PATIENCE as LIMIT
+from fake_bluez_stage import limit
 from hypothesis import given
 from hypothesis import strategies as st
 from virtual_clock import run as run_on_virtual_clock
@@ -40,6 +42,13 @@ WAIT = 0.5
 """Seconds given to what never answers."""
 MEMBERSHIP = bluetooth_checks.membership
 ROBOT_CHECKS = ["connection", "services", "write size", "round trips", "firmware", "battery"]
+
+
+@pytest.fixture(autouse=True)
+def _limited():
+    """Each of these ends in time, also where the bus never answers."""
+    with limit(LIMIT):
+        yield
 
 
 @pytest.fixture(autouse=True)

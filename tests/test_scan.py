@@ -23,6 +23,8 @@ from bleak.backends.device import BLEDevice
 from bleak.backends.scanner import AdvertisementData
 from fake_bluez import V2_SERVICE, Adapter, FakeBlueZ, Faults, Peripheral
 from fake_bluez_air import V1_SERVICE
+from fake_bluez_stage import PATIENCE as LIMIT
+from fake_bluez_stage import limit
 
 from sphero_probe.cli.last_scan import recall
 from sphero_probe.errors import RobotNotFoundError, UnavailableError
@@ -42,6 +44,13 @@ TWO_ADAPTERS = (Adapter(), Adapter("hci1", address="00:1A:7D:DA:71:14"))
 knows_who_is_connected = pytest.mark.skipif(
     not hasattr(bleak, "BleakAdapter"), reason="bleak before 3.1 does not tell who is connected"
 )
+
+
+@pytest.fixture(autouse=True)
+def _limited():
+    """Each of these ends in time, also where the bus never answers."""
+    with limit(LIMIT):
+        yield
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
 import pytest
 from fake_bluez import FakeBlueZ, Faults, Peripheral, sphero_v2
+from fake_bluez_stage import PATIENCE as LIMIT
+from fake_bluez_stage import limit
 
 from sphero_probe.errors import LinkLostError, UsageError
 from sphero_probe.protocol import CODECS
@@ -17,6 +19,13 @@ from sphero_probe.transports.registry import DeviceAddress, open_transport, pars
 CODEC = CODECS[Generation.V2]
 PATIENCE = 30
 ADDRESS = "AA:BB:CC:DD:EE:01"
+
+
+@pytest.fixture(autouse=True)
+def _limited():
+    """Each of these ends in time, also where the bus never answers."""
+    with limit(LIMIT):
+        yield
 
 
 @asynccontextmanager
