@@ -40,7 +40,7 @@ def random_robot(chance: random.Random) -> str:
         "sleep_after": f"{chance.choice((1, 3, 20))}s",
         "disconnect_after": str(chance.choice((60, 150, 400))),
         "reboot_on": f"0x{chance.choice((0x13, 0x02)):02x}:0x{chance.randrange(0x30):02x}",
-        "queue": "2",
+        "queue": chance.choice(("2", "2&overflow=busy")),
     }
     if trouble["reboot_on"] == "0x13:0x0d":
         del trouble["reboot_on"]  # it would reboot whenever it is woken: nobody can talk to that one

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.errors import UsageError
 from sphero_probe.simulator import Claims, Settings, Strict, parse_settings
-from sphero_probe.simulator.settings import KEYS
+from sphero_probe.simulator.settings import KEYS, Overflow
 
 BOLT = ROBOTS["bolt"]
 
@@ -39,6 +39,11 @@ BOLT = ROBOTS["bolt"]
             "bolt?interval=30ms&per_event=4&queue=8&reorder=0.25",
             Settings(BOLT, interval=0.03, per_event=4, queue=8, reorder=0.25),
             id="link",
+        ),
+        pytest.param(
+            "bolt?queue=2&overflow=busy&service=3ms",
+            Settings(BOLT, queue=2, overflow=Overflow.BUSY, service=0.003),
+            id="queue",
         ),
         pytest.param(
             "bolt?sleep_after=2min&disconnect_after=20&reboot_on=0x13:0x2a",
@@ -94,6 +99,7 @@ def test_settings_are_read(text, expected):
         pytest.param("bolt?sleep_after=60", ["sleep_after", "60s"], id="idleness without a unit"),
         pytest.param("bolt?sleep_after=0s", ["sleep_after=0s", "1ms or more"], id="no idleness"),
         pytest.param("bolt?per_event=0", ["per_event=0", "from 1 up"], id="empty events"),
+        pytest.param("bolt?overflow=full", ["overflow", "lost", "busy"], id="no such overflow"),
         pytest.param("bolt?queue=0", ["queue=0", "from 1 up"], id="no queue"),
         pytest.param("bolt?disconnect_after=0", ["disconnect_after=0", "from 1 up"], id="no connection"),
         pytest.param("bolt?reorder=2", ["reorder=2", "0 to 1"], id="order above one"),

@@ -224,6 +224,21 @@ def test_a_burst_beyond_the_queue_loses_the_surplus(number):
     assert len(host.executed) == min(number, 9)
 
 
+def test_a_burst_beyond_the_queue_may_be_told_so():
+    host = Host("bolt?queue=2&overflow=busy")
+    host.write(*[ECHO] * 5, now=0.0)
+    codes = {packet.seq: packet.code for packet in host.hear(1.0)}
+    assert codes == {0: 0x00, 1: 0x00, 2: 0x00, 3: 0x08, 4: 0x08}
+    assert len(host.executed) == 3
+
+
+def test_serving_takes_the_time_that_is_set():
+    host = Host("bolt?queue=8&service=250ms")
+    host.write(ECHO, ECHO, now=0.0)
+    assert _seqs(host.hear(0.25)) == [0]
+    assert _seqs(host.hear(0.5)) == [1]
+
+
 def test_who_waits_for_service_loses_nothing():
     host = Host("bolt?queue=1")
     for number in range(50):

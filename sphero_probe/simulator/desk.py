@@ -1,4 +1,4 @@
-"""Where commands wait: requests and their times go in, the same come out once served, or never."""
+"""Where commands wait: requests and their times go in, the same come out once served, or are turned away."""
 
 from collections import deque
 from typing import Final
@@ -13,7 +13,7 @@ An assumption: fast enough for six commands in each BLE connection event of 15 m
 
 
 class Desk:
-    """Serves one command after the other; who finds no place to wait is lost without a word.
+    """Serves one command after the other; who finds no place to wait is turned away.
 
     All times are in seconds of the caller's clock.
     """
@@ -27,13 +27,20 @@ class Desk:
         self._service = SERVICE if service is None and places is not None else service
         self._line: deque[tuple[float, Request]] = deque()
 
-    def admit(self, request: Request, *, now: float) -> None:
-        """Let a command wait; whoever was done by ``now`` must have been taken away before."""
+    def admit(self, request: Request, *, now: float) -> bool:
+        """Let a command wait; whoever was done by ``now`` must have been taken away before.
+
+        Returns:
+            Whether there was a place for it.
+        """
         if self._service is None:
             self._line.append((now, request))
         elif self._places is None or len(self._line) <= self._places:
             begins = self._line[-1][0] if self._line else now
             self._line.append((begins + self._service, request))
+        else:
+            return False
+        return True
 
     @property
     def due(self) -> float | None:

@@ -15,7 +15,7 @@ from sphero_probe.simulator.manners import MANNERS
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
 from sphero_probe.simulator.rest import Rest, Turn
-from sphero_probe.simulator.settings import Settings, Strict
+from sphero_probe.simulator.settings import Overflow, Settings, Strict
 from sphero_probe.simulator.state import State
 
 BOOTING: Final = 1.5
@@ -163,7 +163,10 @@ class FakeRobot:
     def _admit(self, request: Request, now: float) -> None:
         if self._state.booting:
             return
-        self._desk.admit(request, now=now)
+        hears = not (self._state.off or self._state.asleep)
+        if not self._desk.admit(request, now=now) and hears and self._settings.overflow is Overflow.BUSY:
+            node = self._manners.node_wanted(request) or next(iter(self.model.nodes))
+            self._answer(request, node, Reply(Verdict.BUSY), now)
         self._serve_until(now)
         self._heard += 1
         if self.connected and self._heard == self._settings.disconnect_after:
@@ -184,11 +187,7 @@ class FakeRobot:
             return
         was_asleep = state.asleep
         node, reply = self._reply(request, now)
-        code = self._codes[reply.verdict] if reply.code is None else reply.code
-        well = self._codec.verdict(code) is Verdict.OK
-        if self._manners.is_answered(request, well) and (did, cid) not in self._settings.silent:
-            response = self._manners.respond(request, self.model.answer_style, node, code, reply.payload)
-            self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
+        self._answer(request, node, reply, now)
         if reply.prompt:
             self._radio.send(reply.prompt, now=now)
         for news in reply.news:
@@ -196,13 +195,20 @@ class FakeRobot:
         if (was_asleep or self._manners.is_activity(request)) and not (state.asleep or state.in_bootloader):
             state.rest.touch(now=now)
 
+    def _answer(self, request: Request, node: int, reply: Reply, now: float) -> None:
+        """Send a reply, if the command wants one and the robot is not mute on it."""
+        code = self._codes[reply.verdict] if reply.code is None else reply.code
+        well = self._codec.verdict(code) is Verdict.OK
+        if self._manners.is_answered(request, well) and request.command[:2] not in self._settings.silent:
+            response = self._manners.respond(request, self.model.answer_style, node, code, reply.payload)
+            self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
+
     def _reboot(self, now: float) -> None:
         """Fall silent and off the line, and forget what does not outlive power."""
-        state = self._state
-        state.restart()
-        state.in_bootloader = False
-        state.booting = True
-        state.rest.boot(now + BOOTING)
+        self._state.restart()
+        self._state.in_bootloader = False
+        self._state.booting = True
+        self._state.rest.boot(now + BOOTING)
         self.drop(now=now)
 
     def _boot(self, now: float) -> None:
@@ -279,8 +285,7 @@ class FakeRobot:
             self._notify(News(stream.wish.node, stream.wish.pair, payload), due)
 
     def _turn(self, turn: Turn, now: float) -> None:
-        idleness = self._repertoire.idleness
-        node = next(iter(self.model.nodes))
+        idleness, node = self._repertoire.idleness, next(iter(self.model.nodes))
         match turn:
             case Turn.WARN:
                 self._notify(News(node, idleness.warning), now)

@@ -37,6 +37,13 @@ class Claims(StrEnum):
     NONE = "none"
 
 
+class Overflow(StrEnum):
+    """What becomes of a command that finds no place to wait."""
+
+    LOST = "lost"
+    BUSY = "busy"
+
+
 class Settings(NamedTuple):
     """Everything that makes one fake robot differ from another; equal settings behave alike, byte for byte.
 
@@ -55,8 +62,8 @@ class Settings(NamedTuple):
         interval: seconds between BLE connection events; None for no events, or the usual ones if
             ``per_event`` is set.
         per_event: packets per event and direction at most; None for the usual number if ``interval`` is set.
-        queue: commands that can wait while one is served, the surplus is lost; None where service takes no
-            time.
+        queue: commands that can wait while one is served; None where service takes no time.
+        overflow: what becomes of the surplus: it is lost, or answered "busy" at once.
         service: seconds that serving one command takes; None for the usual time if ``queue`` is set.
         busy: probability that a command is answered "busy" and not executed.
         sleep_after: seconds without activity until the robot sleeps; None for what its generation does.
@@ -82,6 +89,7 @@ class Settings(NamedTuple):
     interval: float | None = None
     per_event: int | None = None
     queue: int | None = None
+    overflow: Overflow = Overflow.LOST
     service: float | None = None
     busy: float = 0.0
     sleep_after: float | None = None
@@ -230,6 +238,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "interval": _at_least("1ms"),
     "per_event": _whole(1),
     "queue": _whole(1),
+    "overflow": _one_of(Overflow),
     "service": _seconds,
     "busy": _probability,
     "sleep_after": _at_least("1ms"),
