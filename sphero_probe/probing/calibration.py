@@ -199,10 +199,10 @@ class Calibration:
         return verdicts
 
     async def _try(self, command: Command, wanted: str) -> tuple[Step, Verdict | None]:
-        """Ask up to three times, but for the first alone; only once as long as nothing was ever answered."""
+        """Ask up to three times, but for the first alone."""
         codec = self._link.codec
         command = command._replace(target=self._target)
-        for attempt in range(ATTEMPTS if self._link.answers else 1):
+        for attempt in range(ATTEMPTS):
             exchange = await self._link.ask(command, alone=attempt > 0, expected=True)
             if isinstance(exchange, Answered):
                 verdict = codec.verdict(exchange.response.code)

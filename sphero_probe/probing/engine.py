@@ -9,6 +9,7 @@ from typing import Final
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.roles import Job
 from sphero_probe.errors import NoAnswerError
 from sphero_probe.link.exchange import Aside, Late, Silent
 from sphero_probe.link.link import Link
@@ -144,12 +145,14 @@ class Run:
             await self._asker.wake()
             self.on_step("first answer")
             firmware.update(await self._asker.firmware())
+            if not self._asker.link.answers:
+                await self._asker.do(Job.ECHO, self.target, attempts=1)
+            if not self._asker.link.answers:
+                raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
             self._line.know(firmware)
             profiles.update({profile.target: profile for profile in await self._asker.calibrate_for(open_)})
             for target in profiles or (self.target,):
                 await self._pipeline.canary.sings(target)
-            if not self._asker.link.answers:
-                raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
 
         await self._line.steady(call)
         if self._line.lost:
