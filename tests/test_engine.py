@@ -1,5 +1,6 @@
 """The engine on a virtual clock against fake robots: every finding is true or says inconclusive."""
 
+import asyncio
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -292,6 +293,26 @@ def test_stopping_sends_nothing_more_and_says_so():
 def test_a_robot_that_answers_nothing_is_told_as_such():
     with pytest.raises(NoAnswerError, match=r"first answer: .* answers nothing"):
         ask("bolt?loss=1", [whole(0x13)])
+
+
+def test_stopping_while_the_robot_is_called_on_does_not_wait_for_it():
+    robot = FakeRobot(parse_settings("bolt?loss=1"))
+    times = []
+
+    async def work():
+        codec = CODECS[robot.model.generation]
+        guard = Guard(codec.generation, robot.model, DEFAULT, (robot.name,))
+        async with Link(FakeTransport(robot), codec, guard) as link:
+            run = Run(Plan("test", "", [whole(0x13)]), link, robot.name, PRIMARY)
+            loop = asyncio.get_running_loop()
+            loop.call_later(0.5, run.stop.set)
+            (summary,) = [record async for record in run.records()]
+            times.append(loop.time())
+            assert isinstance(summary, Summary)
+            assert not summary.complete
+
+    run_on_virtual_clock(work())
+    assert times == [pytest.approx(0.5)]
 
 
 def test_stopped_before_a_silent_probe_was_repeated_is_inconclusive():

@@ -155,7 +155,7 @@ class Run:
                 await self._pipeline.canary.sings(target)
 
         await self._line.steady(call)
-        if self._line.lost:
+        if self._over:
             return []
         heading = Heading(
             robot=robot.key if robot else "",

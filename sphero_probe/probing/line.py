@@ -1,8 +1,8 @@
 """The line to one robot over its drops: what dropped it in, the same robot at the other end again out."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
-from typing import Final
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, Final
 
 from sphero_probe.errors import ConnectionFailedError, LinkLostError, SpheroProbeError
 from sphero_probe.link.link import Link
@@ -39,15 +39,29 @@ class Line:
         """Take in the firmware that a line opened again must lead to."""
         self._firmware = firmware
 
-    async def steady(self, work: Callable[[], Awaitable[None]]) -> None:
-        """Do what asks the robot, again when the line drops under it; ``lost`` tells when it was in vain."""
-        while not self.lost:
+    async def steady(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Do what asks the robot, again when the line drops under it; ``lost`` tells when it was in vain.
+
+        Whoever stops the run stops it, too, wherever it is.
+        """
+        while not (self.lost or self._stop.is_set()):
             try:
-                await work()
+                await self._until_stopped(work)
             except LinkLostError as error:
                 await self.open_again(error)
             else:
                 return
+
+    async def _until_stopped(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        working, stopped = asyncio.create_task(work()), asyncio.create_task(self._stop.wait())
+        try:
+            await asyncio.wait({working, stopped}, return_when=asyncio.FIRST_COMPLETED)
+            if working.done():
+                working.result()
+        finally:
+            working.cancel()
+            stopped.cancel()
+            await asyncio.gather(working, stopped, return_exceptions=True)
 
     async def open_again(self, error: LinkLostError) -> None:
         """Open the line to the same robot again, or take in that it is gone."""

@@ -240,17 +240,18 @@ class Pipeline:
 
     async def _recover(self, nodes: set[int | None]) -> None:
         """Wake the robot and wait until it is itself again, for a while."""
+        sang: list[bool] = []
+
+        async def call() -> None:
+            for target in nodes:
+                await self._asker.do(Job.WAKE, target)
+            sang.append(all([await self.canary.sings(target) for target in nodes]))
+
         for pause in PAUSES:
             await asyncio.sleep(pause)
-            if self._over:
+            await self.line.steady(call)
+            if self._over or sang[-1]:
                 return
-            try:
-                for target in nodes:
-                    await self._asker.do(Job.WAKE, target)
-                if all([await self.canary.sings(target) for target in nodes]):
-                    return
-            except LinkLostError as error:
-                await self.line.open_again(error)
 
     async def _reconnect(self, error: LinkLostError) -> None:
         """Open the line again, and ask alone what was in flight when it dropped."""

@@ -17,8 +17,6 @@ ROUND: Final = 16
 """Probes between two canaries."""
 SECONDS: Final = 2.0
 """Seconds between two canaries, as long as there are probes."""
-
-
 _QUESTIONS: Final = 2
 """Commands that a canary is made of."""
 
