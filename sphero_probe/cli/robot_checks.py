@@ -13,6 +13,7 @@ from sphero_probe.cli.words import node
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.link.guard import Guard
 from sphero_probe.link.link import Link
+from sphero_probe.link.pacing import FIRST_TIMEOUT
 from sphero_probe.probing.asking import Asker
 from sphero_probe.probing.round_trips import RoundTrips, measure_round_trips
 from sphero_probe.probing.single import ask_single
@@ -25,8 +26,6 @@ from sphero_probe.transports.registry import open_transport
 Fact = dict[str, object]
 """The data of a fact's row."""
 
-ANSWER: Final = 1.0
-"""Seconds that a robot gets for an answer at most: what the other commands give it."""
 _ATT_HEADER: Final = 3
 """Bytes of the MTU that a write does not carry [Bluetooth Core 5.2, Vol 3 Part F, 3.4.5.3]."""
 _BATTERY: Final = ("power.get_battery_percentage", "power.get_battery_voltage_state", "core.get_power_state")
@@ -94,7 +93,7 @@ async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: fl
             told(CONNECTION, _connection(connection, steps.told()))
             told(SERVICES, _services(connection))
             told(WRITES, _writes(connection))
-            await _converse(told, connection, min(timeout, ANSWER))
+            await _converse(told, connection, min(timeout, FIRST_TIMEOUT))
     except SpheroProbeError as error:
         if not waiting:
             return  # it was lost when nothing was wanted of it any more
@@ -163,7 +162,7 @@ def _round_trips(trips: RoundTrips, timeout: float) -> Look:
     if trips.lost:
         return Look(State.WARN, seen, "bring the robot nearer; other radios at 2.4 GHz disturb it")
     if trips.p95 > timeout / 2:
-        return Look(State.WARN, seen, "slow: use a longer --timeout, so that no answer counts as silence")
+        return Look(State.WARN, seen, "slow: bring the robot nearer, and close what else uses its radio")
     return Look(State.OK, seen)
 
 
