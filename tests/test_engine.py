@@ -20,7 +20,7 @@ from sphero_probe.probing.plan import Plan, Probe, sweep
 from sphero_probe.probing.sending import ROUND
 from sphero_probe.probing.single import ask_single, stop_motors
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command
+from sphero_probe.protocol.packets import Command, Response, Role
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 from sphero_probe.transports.fake import FakeTransport
 
@@ -167,6 +167,53 @@ def test_a_late_answer_still_settles_its_own_probe():
     outcome = ask("bolt?latency=1300ms", [[Probe(Command(0x13, 0x03)), Probe(Command(0x13, 0x17))]])
     assert {finding.outcome for finding in outcome.findings.values()} == {Outcome.EXISTS}
     assert outcome.notes("late")
+
+
+class SlowOn(FakeTransport):
+    """A pipe to a robot that takes half a second for some commands, and answers others meanwhile."""
+
+    def __init__(self, robot: FakeRobot, pairs: set[tuple[int, int]]) -> None:
+        super().__init__(robot)
+        self._pairs = pairs
+        self._coming: asyncio.Queue[bytes] = asyncio.Queue()
+        self._decoder = CODECS[robot.model.generation].decoder(Role.HOST)
+        self._pump: asyncio.Task[None] | None = None
+
+    async def read(self) -> bytes:
+        self._pump = self._pump or asyncio.create_task(self._carry())
+        return await self._coming.get()
+
+    async def _carry(self) -> None:
+        loop, codec = asyncio.get_running_loop(), CODECS[self.robot.model.generation]
+        while data := await super().read():
+            for packet in self._decoder.feed(data):
+                slow = isinstance(packet, Response) and (packet.did, packet.cid) in self._pairs
+                loop.call_later(0.5 if slow else 0.02, self._coming.put_nowait, codec.frame_of(packet))
+        self._coming.put_nowait(b"")
+
+
+def test_who_answers_slowly_is_waited_for_at_the_end_as_well():
+    slow = [(0x13, 0x03), (0x13, 0x17)]
+    robot = FakeRobot(parse_settings("bolt"))
+    run: list[Run] = []
+
+    async def work() -> None:
+        codec = CODECS[robot.model.generation]
+        guard = Guard(codec.generation, robot.model, DEFAULT, (robot.name,))
+        pipe = SlowOn(robot, set(slow))
+        async with Link(pipe, codec, guard) as link:
+            others = [Probe(Command(0x13, cid)) for cid in range(0x40, 0x80)]
+            plan = Plan("test", "", [[Probe(Command(*slow[0])), *others, Probe(Command(*slow[1]))]])
+            run.append(Run(plan, link, robot.name, PRIMARY))
+            async for _ in run[0].records():
+                pass
+        pipe.close()
+        if pipe._pump:
+            await pipe._pump
+
+    run_on_virtual_clock(work())
+    found = {finding.command[:2]: finding.outcome for finding in run[0].findings}
+    assert [found[pair] for pair in slow] == [Outcome.EXISTS, Outcome.EXISTS]
 
 
 def test_silence_is_asked_three_times_before_it_is_called_that():

@@ -1,11 +1,11 @@
 """What becomes of a probe between its first frame and its last word, as values that a pipeline works with."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil, log
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.exchange import Answered, Silent
+from sphero_probe.link.exchange import Answered, Late, Silent
 from sphero_probe.probing.asking import Asked, Tried
 
 LEAST_ATTEMPTS: Final = 2
@@ -74,6 +74,7 @@ class Unanswered:
         proved: how many of its silences a canary sang behind.
         belated: the answer that came after all.
         doubt: why it will not be asked again, empty when it will.
+        sent_at: when each attempt was sent, on the event loop's clock, as far as one may still be answered.
     """
 
     asked: Asked
@@ -82,6 +83,21 @@ class Unanswered:
     proved: int = 0
     belated: Answered | None = None
     doubt: str = ""
+    sent_at: list[tuple[Silent, float]] = field(default_factory=list)
+
+    def hear(self, late: Late, now: float) -> float:
+        """Take in an answer that may belong to one of the attempts; return how long it took, 0.0 if not.
+
+        Args:
+            late: the answer.
+            now: the time on the event loop's clock.
+        """
+        for silent, sent_at in self.sent_at:
+            if silent is late.earlier:
+                command, seq, sent, _ = silent
+                self.belated = Answered(command, seq, sent, late.response, late.received, now - sent_at)
+                return now - sent_at
+        return 0.0
 
     def is_final(self, losses: Losses) -> bool:
         """Whether asking once more would tell nothing new."""

@@ -15,6 +15,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.roles import Job
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.exchange import Answered, Exchange, Late, Refused, Silent
+from sphero_probe.link.pacing import LONGEST_TIMEOUT
 from sphero_probe.probing.asking import Asked, Asker, Tried
 from sphero_probe.probing.canary import Canary
 from sphero_probe.probing.flight import ATTEMPTS, Ended
@@ -36,6 +37,8 @@ from sphero_probe.probing.sending import Question, Sender
 
 ROUNDS: Final = 3
 """How often a probe may turn out void before it is given up as inconclusive."""
+_SLOWER: Final = 1.5
+"""What a slow answer may take beyond the slowest so far, as a factor."""
 
 
 class Pipeline:
@@ -65,6 +68,7 @@ class Pipeline:
         self._drops: Counter[int] = Counter()
         self._voided: Counter[int] = Counter()
         self._settled: list[Settled] = []
+        self._slowest = 0.0
 
     def narrow(self, width: int | None) -> None:
         """Keep no more probes than this in flight; None for as many as the robot bears."""
@@ -94,6 +98,7 @@ class Pipeline:
         self._sender.is_last = True
         await self._work(self._at_rest)
         self._sender.is_last = False
+        await self._wait_for_the_slow()
         words = [one.last_word(self.losses, self._why_open()) for one in self.unanswered.values()]
         self.unanswered.clear()
         return self._take() + words
@@ -104,10 +109,16 @@ class Pipeline:
 
     def hear(self, late: Late) -> None:
         """Take in an answer that came too late; it still settles its own probe."""
+        now = asyncio.get_running_loop().time()
         for unanswered in self.unanswered.values():
-            if unanswered.silent is late.earlier:
-                command, seq, sent, waited = unanswered.silent
-                unanswered.belated = Answered(command, seq, sent, late.response, late.received, waited)
+            self._slowest = max(self._slowest, unanswered.hear(late, now))
+
+    async def _wait_for_the_slow(self) -> None:
+        """Give the last silent probes the time that the slowest late answer took, and half of it more."""
+        open_ = [at for one in self.unanswered.values() if not one.belated for _, at in one.sent_at]
+        if open_ and self._slowest and not self._over:
+            until = max(open_) + min(_SLOWER * self._slowest, LONGEST_TIMEOUT)
+            await asyncio.sleep(max(0.0, until - asyncio.get_running_loop().time()))
 
     @property
     def _over(self) -> bool:
@@ -183,10 +194,9 @@ class Pipeline:
             self.on_answer(settled)
             self._prove(self._proofs.answer(settled, stamp))
             return
-        if earlier:
-            earlier.silent, earlier.attempts = tried.exchange, attempts
-        else:
-            self.unanswered[asked.number] = Unanswered(asked, tried.exchange, attempts)
+        one = self.unanswered.setdefault(asked.number, Unanswered(asked, tried.exchange, 0))
+        one.silent, one.attempts = tried.exchange, attempts
+        one.sent_at.append((tried.exchange, asyncio.get_running_loop().time() - tried.exchange.waited))
         self._prove(self._proofs.silence(asked, stamp))
 
     def _hear_canary(self, question: Question, exchange: Exchange) -> None:
