@@ -3,7 +3,7 @@
 import pytest
 
 from sphero_probe.catalogue import ROBOTS, lookup
-from sphero_probe.catalogue.leds import led_commands, led_payload
+from sphero_probe.catalogue.leds import led_commands
 from sphero_probe.protocol.packets import Command
 
 RED, BLUE, GREY = (255, 0, 0), (0, 0, 255), (1, 2, 3)
@@ -64,5 +64,10 @@ def test_where_there_is_no_mask_every_lamp_has_its_command(robot):
 def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot):
     table = robot.leds
     assert all(group.cid is None and group.tail == b"" for group in table.groups)
-    payload = led_payload(table, {"front": RED}, off=True)
+    channels = {bit: 0 for group in table.groups for bit in group.bits}
+    for group in table.groups:
+        if "front" in (group.name, *group.aliases):
+            channels |= zip(group.bits, RED if len(group.bits) == 3 else [max(RED)] * 99, strict=False)
+    mask = sum(1 << bit for bit in channels).to_bytes(table.mask_bytes, "big")
+    payload = mask + bytes(channels[bit] for bit in sorted(channels))
     assert led_commands(robot, {"front": RED}, off=True) == (Command(table.did, table.cid, payload),)

@@ -14,6 +14,7 @@ from sphero_probe.link.pacing import (
     PATIENCE,
     SHORTEST_TIMEOUT,
     SLOW_START,
+    UNHURRIED,
     WIDEST,
     Pace,
 )
@@ -419,3 +420,12 @@ def test_a_fixed_window_lets_the_timeout_adapt(events, window):
     free, fixed = Pace(), Pace(window=window)
     for _ in zip(play(free, events), play(fixed, events), strict=True):
         assert (fixed.timeout, fixed.window) == (free.timeout, window)
+
+
+def test_who_is_unhurried_has_time_unless_a_timeout_was_named():
+    assert Pace().unhurried == FIRST_TIMEOUT
+    quick = Pace()
+    quick.sent(0, now=0.0)
+    quick.answered(0, 0.01, now=0.01)
+    assert quick.timeout < quick.unhurried == UNHURRIED
+    assert Pace(timeout=0.05).unhurried == 0.05

@@ -36,20 +36,6 @@ def led_commands(robot: Robot, wanted: Mapping[str, Colour], *, off: bool = Fals
     )
 
 
-def led_payload(table: LedTable, wanted: Mapping[str, Colour], *, off: bool = False) -> bytes:
-    """Return the mask and the values that set lamps [reference: set_all_leds_with_8_bit_mask].
-
-    Args:
-        table: the robot's lamps, one that has a mask.
-        wanted: lamp name or alias -> colour; a lamp with one channel takes the brightest of the three.
-        off: also darken every lamp that is not named.
-
-    Returns:
-        The mask, ``table.mask_bytes`` wide and big-endian, then one value per set bit, lowest bit first.
-    """
-    return _masked(table, _channels(table, wanted, off=off))
-
-
 def _channels(table: LedTable, wanted: Mapping[str, Colour], *, off: bool) -> dict[int, int]:
     """Return the brightness 0-255 of every channel that is to be set."""
     channels: dict[int, int] = {}
@@ -63,6 +49,7 @@ def _channels(table: LedTable, wanted: Mapping[str, Colour], *, off: bool) -> di
 
 
 def _masked(table: LedTable, channels: Mapping[int, int]) -> bytes:
+    """Return the mask, big-endian, then a value per bit [reference: set_all_leds_with_8_bit_mask]."""
     mask = sum(1 << bit for bit in channels)
     return mask.to_bytes(table.mask_bytes, "big") + bytes(channels[bit] for bit in sorted(channels))
 

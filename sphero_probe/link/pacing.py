@@ -10,6 +10,8 @@ GRAIN: Final = 0.05
 """Seconds that the timeout is above the smoothed round trip at least (``G`` of RFC 6298)."""
 GRACE: Final = 0.01
 """Seconds at least for which an overtaken command is waited for."""
+UNHURRIED: Final = 0.25
+"""Seconds at least for a command that is waited for longest: it may be slower than an echo."""
 PATIENCE: Final = 1.5
 """Factor on the timeout after a silence, until an answer is timed again."""
 SLOW_START: Final = 4
@@ -59,6 +61,11 @@ class Pace:
         self._sent[seq] = now
         if self.in_flight >= self.window:
             self._full_at = now
+
+    @property
+    def unhurried(self) -> float:
+        """Seconds for a command that no answer to a later one cuts short."""
+        return self.timeout if self._fixed_timeout else max(UNHURRIED, self.timeout)
 
     @property
     def grace(self) -> float:

@@ -16,8 +16,6 @@ from sphero_probe.probing.flight import ATTEMPTS, together
 from sphero_probe.probing.plan import Probe
 from sphero_probe.protocol.packets import Command, Verdict
 
-LAST_TRY: Final = 0.25
-"""Seconds at least for which the last try is waited for: a command may be slower than an echo."""
 BUSY_ATTEMPTS: Final = 5
 BUSY_PAUSE: Final = 0.1
 """Seconds before a busy robot is asked again; doubled each time."""
@@ -156,7 +154,6 @@ class Asker:
             return Tried(Refused(asked.command, asked.risk, asked.barred), 0)
         woken = False
         pause = BUSY_PAUSE
-
         pace = self.link.pace(asked.command.target)
 
         def intend() -> None:
@@ -169,7 +166,7 @@ class Asker:
             attempt += 1
             exchange = await self.link.ask(
                 asked.command,
-                timeout=max(LAST_TRY, pace.timeout) if asked.is_last_try else None,
+                timeout=pace.unhurried if asked.is_last_try else None,
                 alone=alone,
                 expected=asked.is_expected,
                 before_sending=intend,
