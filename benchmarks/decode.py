@@ -19,7 +19,7 @@ _READ = 1 << 16
 _STATUS = Path("/proc/self/status")
 _CHILD = f"""
 import re, sys
-from sphero_probe.cli.failures import run
+from sphero_probe.cli.invoke import run
 run(("decode", sys.argv[1], "--format", "jsonl", "-o", sys.argv[2]))
 print(re.search("VmHWM: *\\t* *([0-9]+) kB", open("{_STATUS}").read())[1])
 """
@@ -62,7 +62,7 @@ def _bare(file: Path) -> int:
 
 
 def _command(file: Path, name: str) -> None:
-    code = import_module("sphero_probe.cli.failures").run(
+    code = import_module("sphero_probe.cli.invoke").run(
         ("decode", str(file), "--format", name, "-o", os.devnull)
     )
     if code:

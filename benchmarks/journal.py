@@ -13,12 +13,12 @@ from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered
-from sphero_probe.probing.asking import Asked
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
-from sphero_probe.probing.journal import Journal
-from sphero_probe.probing.journal_encoding import encode_finding, encode_intent
+from sphero_probe.probing.prober import PreparedProbe
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Response, Verdict
+from sphero_probe.runs.encode import encode_finding, encode_intent
+from sphero_probe.runs.journal import Journal
 
 _A_SWEEP: Final = 1 << 16
 _QUICK: Final = 1 << 12
@@ -31,7 +31,7 @@ _EXISTING: Final = 20
 """One probe of so many is answered with a value."""
 _NODE: Final = 0x12
 
-_Kept = tuple[Asked, Finding]
+_Kept = tuple[PreparedProbe, Finding]
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
@@ -91,7 +91,7 @@ def _kept(number: int) -> _Kept:
     outcome = Outcome.EXISTS if there else Outcome.ABSENT
     name = codec.code_name(code)
     finding = Finding(number, command, outcome, Confidence.CERTAIN, Risk.PROBE, answered, None, name, 1)
-    return Asked(number, command, Risk.PROBE, None, ""), finding
+    return PreparedProbe(number, command, Risk.PROBE, None, ""), finding
 
 
 def _journal(probes: list[_Kept], path: Path) -> None:
@@ -118,7 +118,7 @@ def _lines(probes: list[_Kept]) -> None:
         _two_lines(asked, finding)
 
 
-def _two_lines(asked: Asked, finding: Finding) -> tuple[bytes, bytes]:
+def _two_lines(asked: PreparedProbe, finding: Finding) -> tuple[bytes, bytes]:
     return encode_intent(asked.number, asked.command, asked.risk), encode_finding(finding)
 
 

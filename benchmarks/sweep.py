@@ -12,18 +12,18 @@ from typing import Any, Final, NamedTuple
 
 from benchmarks.section import Line, Options, Ratio, Remark, Section
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.roles import Job, row_for
-from sphero_probe.link.exchange import Answered, Refused
-from sphero_probe.link.guard import WRONG_LENGTH, Consent, Guard
+from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.link import Link
-from sphero_probe.probing.engine import Run
+from sphero_probe.link.policy import WRONG_LENGTH, Consent, Policy
+from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Outcome
 from sphero_probe.probing.plan import Plan, sweep
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.transports.fake import FakeTransport
-from tests.virtual_clock import VirtualClock
+from tests.support.virtual_clock import VirtualClock
 
 LINKS: Final = ((0.015, 6), (0.030, 4), (0.050, 4))
 """Seconds between connection events, packets in each, either way."""
@@ -136,9 +136,9 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
         robot.connect(now=now())
         transport = FakeTransport(robot)
         codec = CODECS[robot.model.generation]
-        guard = Guard(codec.generation, robot.model, Consent(), (robot.name,))
-        async with Link(transport, codec, guard) as link:
-            run = Run(Plan("sweep", "", [list(sweep(dids, range(256)))]), link, robot.name, _NODE)
+        policy = Policy(codec.generation, robot.model, Consent(), (robot.name,))
+        async with Link(transport, codec, policy) as link:
+            run = Engine(Plan("sweep", "", [list(sweep(dids, range(256)))]), link, robot.name, _NODE)
             times.append(now())
             times.extend([now() async for record in run.records() if isinstance(record, Heading)])
             times.append(now())
@@ -163,7 +163,7 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
 def limit_of(cell: Cell, findings: Sequence[Finding]) -> float:
     """Return the seconds that a link needs to carry each command, and each answer, once."""
     exchanges = [finding.exchange for finding in findings]
-    up = sum(math.ceil(len(one.sent) / _PACKET) for one in exchanges if not isinstance(one, Refused))
+    up = sum(math.ceil(len(one.sent) / _PACKET) for one in exchanges if not isinstance(one, Blocked))
     down = sum(math.ceil(len(one.received) / _PACKET) for one in exchanges if isinstance(one, Answered))
     return max(up, down) / cell.per_event * cell.interval
 
@@ -172,14 +172,14 @@ def strategy_of_spherov2(cell: Cell, seed: int) -> float:
     """Return the seconds of asking 256 CIDs one at a time, with a pause, and ten seconds for an answer."""
     robot = _robot(cell, _ONE_DEVICE, seed)
     codec = CODECS[robot.model.generation]
-    guard = Guard(codec.generation, robot.model, Consent(frozenset(Risk), robot.name), (robot.name,))
+    policy = Policy(codec.generation, robot.model, Consent(frozenset(Risk), robot.name), (robot.name,))
     took: list[float] = []
 
     async def work() -> None:
         loop = asyncio.get_running_loop()
         robot.connect(now=loop.time())
         transport = FakeTransport(robot)
-        async with Link(transport, codec, guard, timeout=_PEER_PATIENCE, window=1) as link:
+        async with Link(transport, codec, policy, timeout=_PEER_PATIENCE, window=1) as link:
             for cid in range(256):
                 await link.ask(Command(*_ONE_DEVICE, cid, bytes(WRONG_LENGTH), _NODE), alone=True)
                 await asyncio.sleep(_PEER_PAUSE)
@@ -210,7 +210,7 @@ def _robot(cell: Cell, dids: Sequence[int], seed: int) -> FakeRobot:
 def silences_of(cell: Cell, dids: Sequence[int], seed: int) -> frozenset[tuple[int, int]]:
     """Return the pairs that a modelled robot never answers; whoever calls on it is answered."""
     chance = Random(f"{seed} silent")
-    rows = (row_for(Generation.V2, job) for job in (Job.WAKE, Job.ECHO, Job.VERSION))
+    rows = (row_for(Generation.V2, job) for job in (WellKnown.WAKE, WellKnown.ECHO, WellKnown.VERSION))
     calling = {(row.did, row.cid) for row in rows if row}
     pairs = ((did, cid) for did in dids for cid in range(256))
     return frozenset(pair for pair in pairs if chance.random() < cell.silent and pair not in calling)

@@ -5,28 +5,19 @@ import importlib
 import itertools
 import pkgutil
 import sys
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from hypothesis import settings
 
 import sphero_probe
-from sphero_probe.cli.failures import run
+from sphero_probe.cli.invoke import run
+from tests.support.cli import Cli, Ran
 
 settings.register_profile("suite", deadline=None, max_examples=40)
 settings.load_profile("suite")
-
-
-class Ran(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-
-Cli = Callable[..., Ran]
 
 
 @pytest.fixture

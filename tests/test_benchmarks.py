@@ -6,15 +6,10 @@ import sys
 from pathlib import Path
 
 import pytest
-import reference_decoder
-import reference_decoder_v1
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))  # benchmarks is a folder of the repository, not of the wheel
-
-from benchmarks import codec, peers, sweep  # noqa: E402
-from benchmarks.__main__ import main  # noqa: E402
-from benchmarks.corpus import (  # noqa: E402
+from benchmarks import codec, peers, sweep
+from benchmarks.__main__ import main
+from benchmarks.corpus import (
     ANSWERS_ONLY,
     chunks,
     commands,
@@ -22,10 +17,13 @@ from benchmarks.corpus import (  # noqa: E402
     first_generation,
     second_generation,
 )
-from benchmarks.section import Line, Options, Ratio, Remark  # noqa: E402
-from benchmarks.timing import race, ratio  # noqa: E402
-from sphero_probe.protocol.packets import Generation  # noqa: E402
-from sphero_probe.protocol.v2 import V2  # noqa: E402
+from benchmarks.section import Line, Options, Ratio, Remark
+from benchmarks.timing import race, ratio
+from sphero_probe.protocol.packets import Generation
+from sphero_probe.protocol.v2 import V2
+from tests.support import reference_decoder, reference_decoder_v1
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 @pytest.mark.unmeasured

@@ -5,12 +5,12 @@ import shlex
 from pathlib import Path
 
 import pytest
-from fake_bluez import FakeBlueZ, Peripheral, sphero_v2
 
 from sphero_probe.cli.group import COMMANDS
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.settings import KEYS
+from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -130,26 +130,26 @@ def _as_understood(rows: tuple[CommandRow, ...], robot: Robot | None) -> Command
 @cache
 def _tables() -> dict[Generation, tuple[CommandRow, ...]]:
     """Load the tables, which are long, when a row is asked for the first time."""
-    from sphero_probe.catalogue import (  # noqa: PLC0415
-        rows_v1,
-        rows_v2_firmware,
-        rows_v2_motion,
-        rows_v2_output,
-        rows_v2_system,
+    from sphero_probe.catalogue.tables import (  # noqa: PLC0415
+        v1,
+        v2_firmware,
+        v2_motion,
+        v2_output,
+        v2_system,
     )
 
-    v2 = rows_v2_system.ROWS + rows_v2_motion.ROWS + rows_v2_output.ROWS + rows_v2_firmware.ROWS
+    second = v2_system.ROWS + v2_motion.ROWS + v2_output.ROWS + v2_firmware.ROWS
     return {
         generation: tuple(sorted(rows, key=lambda row: (row.did, row.cid)))
-        for generation, rows in ((Generation.V1, rows_v1.ROWS), (Generation.V2, v2))
+        for generation, rows in ((Generation.V1, v1.ROWS), (Generation.V2, second))
     }
 
 
 @cache
 def _messages() -> dict[Generation, tuple[CommandRow, ...]]:
-    from sphero_probe.catalogue import rows_v1  # noqa: PLC0415
+    from sphero_probe.catalogue.tables import v1  # noqa: PLC0415
 
-    return {Generation.V1: rows_v1.ASYNC_ROWS, Generation.V2: ()}
+    return {Generation.V1: v1.ASYNC_ROWS, Generation.V2: ()}
 
 
 def _plain(text: str) -> str:

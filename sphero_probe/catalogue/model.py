@@ -1,9 +1,9 @@
-"""The shapes of what is known: command rows, robots, LED tables. The rows themselves live in ``rows_*``."""
+"""The shapes of what is known: command rows, robots, LED tables. The rows themselves live in ``tables``."""
 
 from enum import Enum
 from typing import Final, NamedTuple
 
-from sphero_probe.catalogue.layout import Layout
+from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
 

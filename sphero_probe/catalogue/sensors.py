@@ -8,7 +8,7 @@ from functools import cache
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.commands import rows_of
-from sphero_probe.catalogue.layout import Decoded, Layout
+from sphero_probe.catalogue.payload.layout import Decoded, Layout
 from sphero_probe.protocol.packets import Command, Generation
 
 

@@ -22,10 +22,10 @@ def main() -> "NoReturn":
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
     if COMPLETE_VARIABLE in os.environ:
-        from sphero_probe.cli.shells import answer
+        from sphero_probe.cli.complete.shells import answer
 
         sys.exit(answer())
-    from sphero_probe.cli.failures import run_and_exit
+    from sphero_probe.cli.invoke import run_and_exit
 
     run_and_exit(sys.argv[1:])
 

@@ -27,7 +27,7 @@ COMMANDS: Final[dict[str, str]] = {
     "doctor": "Tell whether this machine can reach a robot, and what to mend.",
     "completion": "Print the script that completes commands in a shell.",
 }
-"""Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.<name>``."""
+"""Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.commands.<name>``."""
 
 
 class LazyGroup(click.Group):
@@ -43,7 +43,7 @@ class LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"sphero_probe.cli.{cmd_name}").command
+        command: click.Command = import_module(f"sphero_probe.cli.commands.{cmd_name}").command
         command.short_help = COMMANDS[cmd_name]
         return command
 

@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 import click
 
-from sphero_probe.cli.completing import offer_devices, offer_files, offer_nodes, offer_runs
+from sphero_probe.cli.complete.offers import offer_devices, offer_files, offer_nodes, offer_runs
 from sphero_probe.cli.output import COLOURS, FORMATS, Output
 
 Command = Callable[..., Any]
@@ -14,7 +14,7 @@ RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them; the catalogue's own words, repeated so that help stays light."""
 
 
-class Keeping(NamedTuple):
+class JournalOptions(NamedTuple):
     """Which journal a run keeps.
 
     Attributes:
@@ -63,13 +63,13 @@ def output_options(function: Command) -> Command:
 
 
 def journal_options(function: Command) -> Command:
-    """Give a command ``--journal`` and ``--no-journal``; it gets ``keeping``."""
+    """Give a command ``--journal`` and ``--no-journal``; it gets ``journal_choice``."""
 
     def collect(**arguments: Any) -> Any:
-        keeping = Keeping(
+        journal_choice = JournalOptions(
             arguments.pop("journal"), arguments.pop("no_journal"), arguments.pop("resume", None)
         )
-        return function(keeping=keeping, **arguments)
+        return function(journal_choice=journal_choice, **arguments)
 
     decorated = _instead_of(function, collect)
     for option in (

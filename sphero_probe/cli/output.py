@@ -93,25 +93,9 @@ class Output(NamedTuple):
         width = (
             shutil.get_terminal_size((100, 24)).columns if stream.isatty() or "COLUMNS" in os.environ else 100
         )
+        from sphero_probe.reports.streams import takes_unicode, wants_color
+
         return Style(width, wants_color(self.color, stream), takes_unicode(stream))
-
-
-def takes_unicode(stream: TextIO) -> bool:
-    """Tell whether all characters may be written to a stream.
-
-    In the C locale the interpreter writes UTF-8 all the same, which a terminal of that locale does not show.
-    """
-    if stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__) and _is_plain_c():
-        return False
-    return (stream.encoding or "").lower().replace("-", "").startswith("utf")
-
-
-def _is_plain_c() -> bool:
-    """Tell whether the environment asks for the C locale, and for no other encoding."""
-    if os.environ.get("PYTHONUTF8") or os.environ.get("PYTHONIOENCODING"):
-        return False
-    chosen = next(filter(None, map(os.environ.get, ("LC_ALL", "LC_CTYPE", "LANG"))), "")
-    return chosen in ("C", "POSIX")
 
 
 def say(text: str, *, limit: int | None = 400) -> None:
@@ -124,11 +108,17 @@ def say(text: str, *, limit: int | None = 400) -> None:
         limit: characters of it, None for all.
     """
     from sphero_probe.reports.printable import visible
+    from sphero_probe.reports.streams import takes_unicode
 
     if sys.stderr is not None:
         with suppress(OSError):
             sys.stderr.write(visible(text, limit=limit, unicode=takes_unicode(sys.stderr)) + "\n")
             sys.stderr.flush()
+
+
+def warn(text: str) -> None:
+    """Print a warning on standard error."""
+    say(f"warning: {text}")
 
 
 class _Flushed:
@@ -145,14 +135,3 @@ class _Flushed:
     def close(self) -> None:
         self._report.close()
         self._stream.flush()
-
-
-def wants_color(choice: str, stream: TextIO) -> bool:
-    """Decide on colour: ``--color``, then FORCE_COLOR, NO_COLOR, TERM=dumb, then whether it is a terminal."""
-    if choice != "auto":
-        return choice == "always"
-    if os.environ.get("FORCE_COLOR"):
-        return True
-    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
-        return False
-    return stream.isatty()

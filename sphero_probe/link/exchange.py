@@ -42,7 +42,7 @@ class Silent(NamedTuple):
     waited: float
 
 
-class Refused(NamedTuple):
+class Blocked(NamedTuple):
     """The guard did not let the command out: nothing was sent.
 
     Attributes:
@@ -56,10 +56,10 @@ class Refused(NamedTuple):
     reason: str
 
 
-Exchange = Answered | Silent | Refused
+Exchange = Answered | Silent | Blocked
 
 
-class Late(NamedTuple):
+class LateResponse(NamedTuple):
     """An answer that no waiting command asked for: too late, a duplicate, or foreign; credited to no other.
 
     Attributes:
@@ -73,4 +73,4 @@ class Late(NamedTuple):
     earlier: Answered | Silent | None
 
 
-Aside = Notification | Malformed | Late
+Unsolicited = Notification | Malformed | LateResponse

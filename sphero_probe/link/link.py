@@ -9,10 +9,10 @@ from typing import Any, Final, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
-from sphero_probe.link.claims import Claim, Wish
-from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Refused, Silent
-from sphero_probe.link.guard import Guard
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent, Unsolicited
 from sphero_probe.link.pacing import FIRST_TIMEOUT, WIDEST, Pace
+from sphero_probe.link.policy import Policy
+from sphero_probe.link.requests import InFlightCommand, QueuedCommand
 from sphero_probe.link.tracker import Tracker
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Verdict
@@ -30,7 +30,7 @@ class Link:
     """One conversation with one robot; use it as an async context manager.
 
     Attributes:
-        guard: the gate that every command passes.
+        policy: the gate that every command passes.
         frames_sent: how many command frames went out.
         answers: how many responses came, late ones included.
         limit: commands in flight to a node at most, whatever its pace allows.
@@ -40,36 +40,36 @@ class Link:
         self,
         transport: Transport,
         codec: Codec,
-        guard: Guard,
+        policy: Policy,
         *,
         timeout: float | None = None,
         window: int | None = None,
-        on_aside: Callable[[Aside], None] = _ignore,
+        on_unsolicited: Callable[[Unsolicited], None] = _ignore,
     ) -> None:
         """Take the two ends of the line and the gate.
 
         Args:
             transport: to the robot.
             codec: how it speaks.
-            guard: what may be sent.
+            policy: what may be sent.
             timeout: seconds until a command counts as silent; None measures it, node by node.
             window: commands in flight; None finds out, node by node, how many are borne.
-            on_aside: told of what answers no waiting command.
+            on_unsolicited: told of what answers no waiting command.
         """
-        self.guard = guard
+        self.policy = policy
         self.codec = codec
         self.frames_sent = self.answers = 0
-        self.on_aside = on_aside
+        self.on_unsolicited = on_unsolicited
         self.limit = window or WIDEST
         self._transport = transport
         self._tracker = Tracker(codec)
         self._timeout = timeout
         self._window = window
         self._paces: dict[int | None, Pace] = {}
-        self._queue: deque[tuple[Wish, asyncio.Future[Claim]]] = deque()
+        self._queue: deque[tuple[QueuedCommand, asyncio.Future[InFlightCommand]]] = deque()
         self._in_flight = 0
         self._someone_alone = False
-        self._claims: dict[int, Claim] = {}
+        self._claims: dict[int, InFlightCommand] = {}
         self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
         self._watcher: asyncio.TimerHandle | None = None
@@ -133,19 +133,19 @@ class Link:
             before_sending: called when it is about to go out; what it raises keeps it from doing so.
 
         Returns:
-            ``Refused`` when the guard does not let it out, else ``Answered`` or ``Silent``.
+            ``Blocked`` when the guard does not let it out, else ``Answered`` or ``Silent``.
 
         Raises:
             LinkLostError: the robot is gone.
             ValueError: the command cannot be encoded.
         """
-        if reason := self.guard.why_not(command):
-            return Refused(command, self.guard.assess(command).risk, reason)
+        if reason := self.policy.why_blocked(command):
+            return Blocked(command, self.policy.assess(command).risk, reason)
         timeout = timeout or self._timeout
-        if self.guard.assess(command).risk > Risk.PROBE:
+        if self.policy.assess(command).risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
-        claim = await self._wait_in_line(Wish(command, timeout, alone, expected))
+        claim = await self._wait_in_line(QueuedCommand(command, timeout, alone, expected))
         try:
             before_sending()
             self.frames_sent += 1
@@ -157,12 +157,12 @@ class Link:
         finally:
             self._leave(claim)
 
-    async def _wait_in_line(self, wish: Wish) -> Claim:
+    async def _wait_in_line(self, queued: QueuedCommand) -> InFlightCommand:
         """Wait for a place in the window, in the order of asking, and claim a sequence number."""
         if self._lost:
             raise self._lost
-        turn: asyncio.Future[Claim] = asyncio.get_running_loop().create_future()
-        self._queue.append((wish, turn))
+        turn: asyncio.Future[InFlightCommand] = asyncio.get_running_loop().create_future()
+        self._queue.append((queued, turn))
         self._admit()
         try:
             return await turn
@@ -177,42 +177,42 @@ class Link:
         loop = asyncio.get_running_loop()
         now = loop.time()  # one moment for the whole look: what is not due by it gets a timer
         while self._queue:
-            wish, turn = self._queue[0]
+            queued, turn = self._queue[0]
             if turn.done():
                 self._queue.popleft()
                 continue
-            if not self._may_go(wish) or self._tracker.free_at(wish.command, now) > now:
+            if not self._may_go(queued) or self._tracker.free_at(queued.command, now) > now:
                 break
             self._queue.popleft()
-            pace = self.pace(wish.command.target)
-            timeout = pace.timeout if wish.timeout is None else wish.timeout
+            pace = self.pace(queued.command.target)
+            timeout = pace.timeout if queued.timeout is None else queued.timeout
             try:
-                seq, frame = self._tracker.ask(wish.command, now=now, timeout=timeout)
+                seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
             except ValueError as error:
                 turn.set_exception(error)
                 continue
             self._in_flight += 1
-            self._someone_alone = wish.alone
+            self._someone_alone = queued.alone
             pace.sent(seq, now=now)
-            self._claims[seq] = Claim(seq, frame, wish, loop.create_future())
+            self._claims[seq] = InFlightCommand(seq, frame, queued, loop.create_future())
             turn.set_result(self._claims[seq])
         self._watch(now)
 
-    def _may_go(self, wish: Wish) -> bool:
-        if wish.alone:
+    def _may_go(self, queued: QueuedCommand) -> bool:
+        if queued.alone:
             return self._in_flight == 0
-        pace = self.pace(wish.command.target)
+        pace = self.pace(queued.command.target)
         return not self._someone_alone and pace.in_flight < min(self.limit, pace.window)
 
-    def _leave(self, claim: Claim) -> None:
+    def _leave(self, claim: InFlightCommand) -> None:
         """Give the place back; an answer that still comes is nobody's."""
         if self._claims.get(claim.seq) is claim:
             del self._claims[claim.seq]
-            self.pace(claim.wish.command.target).forget(claim.seq)
+            self.pace(claim.queued.command.target).forget(claim.seq)
         if not claim.answer.cancel() and not claim.answer.cancelled():
             claim.answer.exception()  # seen: it may have come while the write was stuck
         self._in_flight -= 1
-        if claim.wish.alone:
+        if claim.queued.alone:
             self._someone_alone = False
         self._admit()
 
@@ -251,15 +251,15 @@ class Link:
             self._lose(error)
         self._admit()
 
-    def _deliver(self, event: Exchange | Aside, now: float) -> None:
-        self.answers += isinstance(event, Answered | Late)
+    def _deliver(self, event: Exchange | Unsolicited, now: float) -> None:
+        self.answers += isinstance(event, Answered | LateResponse)
         match event:
             case Answered() | Silent():
                 self._settle(event, now)
-            case Refused():  # never sent, so never heard of
+            case Blocked():  # never sent, so never heard of
                 pass
             case _:
-                self.on_aside(event)
+                self.on_unsolicited(event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
         """Hand out how a command ended, and let its node's pace learn from it."""
@@ -269,9 +269,9 @@ class Link:
             busy = self.codec.verdict(event.response.code) is Verdict.BUSY
             overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
             by_pace = [seq for seq in overtaken if seq in self._claims and self._claims[seq].is_paced]
-            self._tracker.hasten(by_pace, deadline=now + pace.grace)
+            self._tracker.shorten_deadlines(by_pace, deadline=now + pace.grace)
         else:
-            expected = claim is not None and claim.wish.expected
+            expected = claim is not None and claim.queued.expected
             pace.silent(event.seq, event.waited, now=now, expected=expected)
         if claim and not claim.answer.done():
             claim.answer.set_result(event)

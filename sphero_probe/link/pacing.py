@@ -10,10 +10,12 @@ GRAIN: Final = 0.05
 """Seconds that the timeout is above the smoothed round trip at least (``G`` of RFC 6298)."""
 GRACE: Final = 0.01
 """Seconds at least for which an overtaken command is waited for."""
-UNHURRIED: Final = 0.25
+SHORTEST_LAST_TRY: Final = 0.25
 """Seconds at least for a command that is waited for longest: it may be slower than an echo."""
-PATIENCE: Final = 1.5
+BACKOFF: Final = 1.5
 """Factor on the timeout after a silence, until an answer is timed again."""
+MAX_ATTEMPTS: Final = 3
+"""How often a command that should be answered is sent."""
 SLOW_START: Final = 4
 """Up to here the window grows by one with each answer, beyond it by one with each window of answers."""
 WIDEST: Final = 12
@@ -63,9 +65,9 @@ class Pace:
             self._full_at = now
 
     @property
-    def unhurried(self) -> float:
+    def last_try_timeout(self) -> float:
         """Seconds for a command that no answer to a later one cuts short."""
-        return self.timeout if self._fixed_timeout else max(UNHURRIED, self.timeout)
+        return self.timeout if self._fixed_timeout else max(SHORTEST_LAST_TRY, self.timeout)
 
     @property
     def grace(self) -> float:
@@ -109,7 +111,7 @@ class Pace:
         """
         sent = self._sent.get(seq, now - waited)
         if seq in self._sent and sent >= self._slowed_at and not self._fixed_timeout:
-            self.timeout = min(LONGEST_TIMEOUT, self.timeout * PATIENCE)
+            self.timeout = min(LONGEST_TIMEOUT, self.timeout * BACKOFF)
             self._slowed_at = now
         self.forget(seq)
         if expected:

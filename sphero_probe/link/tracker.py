@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from sphero_probe.link.exchange import Answered, Aside, Exchange, Late, Silent
+from sphero_probe.link.exchange import Answered, Exchange, LateResponse, Silent, Unsolicited
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import (
     Command,
@@ -103,19 +103,19 @@ class Tracker:
         self._waiting[seq] = _Asked(command, frame, now, now + timeout)
         return seq, frame
 
-    def hasten(self, numbers: Iterable[int], *, deadline: float) -> None:
+    def shorten_deadlines(self, numbers: Iterable[int], *, deadline: float) -> None:
         """Let commands count as silent at this time, if they still wait then and would wait longer."""
         for seq in numbers:
             asked = self._waiting.get(seq)
             if asked and asked.deadline > deadline:
                 self._waiting[seq] = asked._replace(deadline=deadline)
 
-    def hear(self, data: bytes, *, now: float) -> Iterator[Exchange | Aside]:
+    def hear(self, data: bytes, *, now: float) -> Iterator[Exchange | Unsolicited]:
         """Take bytes from the robot and yield what they settle and what was said besides."""
         self._heard_at = now
         yield from self._make_of(self._decoder.feed(data), now)
 
-    def expire(self, *, now: float) -> Iterator[Exchange | Aside]:
+    def expire(self, *, now: float) -> Iterator[Exchange | Unsolicited]:
         """Yield what a half frame held back, if one blocks the line, then the commands whose time is up."""
         if now - self._heard_at >= QUIET and self._late(now):
             yield from self._make_of(self._decoder.give_up(), now)
@@ -132,7 +132,7 @@ class Tracker:
     def _late(self, now: float) -> list[int]:
         return [seq for seq, asked in self._waiting.items() if asked.deadline <= now]
 
-    def _make_of(self, packets: list[Packet], now: float) -> Iterator[Exchange | Aside]:
+    def _make_of(self, packets: list[Packet], now: float) -> Iterator[Exchange | Unsolicited]:
         for packet in packets:
             if isinstance(packet, Response):
                 yield self._match(packet, now)
@@ -141,7 +141,7 @@ class Tracker:
             elif isinstance(packet, Request):  # a host's decoder makes none; kept total all the same
                 yield Malformed(b"", "a command came from the robot's side")
 
-    def _match(self, response: Response, now: float) -> Answered | Late:
+    def _match(self, response: Response, now: float) -> Answered | LateResponse:
         received = self._codec.frame_of(response)
         asked = self._waiting.get(response.seq)
         if asked and self._fits(response, asked.command):
@@ -151,8 +151,8 @@ class Tracker:
             return answered
         settled = self._settled.get((response.seq, response.did, response.cid))
         if settled and self._fits(response, settled.exchange.command):
-            return Late(response, received, settled.exchange)
-        return Late(response, received, None)
+            return LateResponse(response, received, settled.exchange)
+        return LateResponse(response, received, None)
 
     def _handle(self, seq: int, did: int, cid: int) -> _Handle:
         return (seq, did, cid) if self._codec.answers_name_commands else (seq, None, None)

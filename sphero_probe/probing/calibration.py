@@ -12,11 +12,12 @@ from typing import Final, NamedTuple
 from sphero_probe.catalogue import all_rows, commands_of
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.roles import Job, row_for
+from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered
-from sphero_probe.link.guard import WRONG_LENGTH
 from sphero_probe.link.link import Link
-from sphero_probe.probing.flight import ATTEMPTS, together
+from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.link.policy import WRONG_LENGTH
 from sphero_probe.protocol.packets import Command, Verdict
 
 _READS_WANTED: Final = 3
@@ -94,10 +95,10 @@ class Calibration:
         Raises:
             LinkLostError: the robot is gone.
         """
-        guard = self._link.guard
+        policy = self._link.policy
         reads = await self._reads_that_answer()
         if not reads and self._verdicts == {Verdict.NO_TARGET}:
-            guard.trust_length_check(self._target)
+            policy.trust_length_check(self._target)
             return self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
         if not reads:
             return self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
@@ -109,18 +110,18 @@ class Calibration:
                 return self._conclude(
                     Strictness.UNKNOWN, f"{row.name} with surplus bytes is not refused as such"
                 )
-        guard.trust_length_check(self._target)
+        policy.trust_length_check(self._target)
         if why := await self._setter_without_arguments():
-            guard.distrust_length_check(self._target)
+            policy.distrust_length_check(self._target)
             return self._conclude(Strictness.LENIENT, why)
         await self._codes_on_demand()
         strictness, why = await self._absent_pairs(reads[0].did)
         if strictness not in (Strictness.STRICT, Strictness.MASKING):
-            guard.distrust_length_check(self._target)
+            policy.distrust_length_check(self._target)
         return self._conclude(strictness, why)
 
     async def _reads_that_answer(self) -> list[CommandRow]:
-        robot = self._link.guard.robot
+        robot = self._link.policy.robot
         rows = commands_of(robot) if robot else all_rows(self._link.codec.generation)
         reads = [
             row
@@ -136,7 +137,7 @@ class Calibration:
 
     async def _setter_without_arguments(self) -> str:
         """Ask the lamps' setter without arguments; return why that speaks against the node, or nothing."""
-        robot = self._link.guard.robot
+        robot = self._link.policy.robot
         if robot is None or robot.leds is None or (robot.leds.node or 1) != (self._target or 1) & 0x0F:
             return ""
         said = await self._ask(Command(robot.leds.did, robot.leds.cid), "bad data length")
@@ -144,8 +145,8 @@ class Calibration:
 
     async def _codes_on_demand(self) -> None:
         """Have the robot answer with each code where it can; what it says is evidence, and shown."""
-        robot = self._link.guard.robot
-        row = row_for(self._link.codec.generation, Job.ERROR_ON_DEMAND)
+        robot = self._link.policy.robot
+        row = row_for(self._link.codec.generation, WellKnown.ERROR_ON_DEMAND)
         if robot is None or row is None or robot.key not in row.nodes:
             return
         codes = range(1, 11)
@@ -178,7 +179,7 @@ class Calibration:
         for candidate in candidates:
             if await self._ask(candidate._replace(payload=bytes(WRONG_LENGTH)), wanted.value) is wanted:
                 absent = candidate._replace(target=self._target)
-                self._link.guard.take_as_absent(absent)
+                self._link.policy.take_as_absent(absent)
                 self._absent = absent
                 return absent
         return None
@@ -191,7 +192,7 @@ class Calibration:
     async def _ask_all(self, commands: Sequence[Command], *wanted: str) -> list[Verdict | None]:
         """Ask several at once; what is wanted is told for each, or once for all."""
         wanted = wanted if len(wanted) == len(commands) else wanted * len(commands)
-        tried = await together(map(self._try, commands, wanted))
+        tried = await ask_together(map(self._try, commands, wanted))
         self._steps += [step for step, _ in tried]
         verdicts = [verdict for _, verdict in tried]
         self._verdicts.update(verdicts)
@@ -202,7 +203,7 @@ class Calibration:
         """Ask up to three times, but for the first alone."""
         codec = self._link.codec
         command = command._replace(target=self._target)
-        for attempt in range(ATTEMPTS):
+        for attempt in range(MAX_ATTEMPTS):
             exchange = await self._link.ask(command, alone=attempt > 0, expected=True)
             if isinstance(exchange, Answered):
                 verdict = codec.verdict(exchange.response.code)

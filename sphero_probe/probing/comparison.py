@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from sphero_probe.catalogue.roles import Job, row_for
+from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.finding import Finding, Note, Outcome
 from sphero_probe.protocol.codec import Codec
@@ -50,7 +50,7 @@ def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
 
 def _claims(findings: Iterable[Finding], codec: Codec) -> set[_Triple]:
     """Every command that the robot says it has, on the node that was asked."""
-    row = row_for(codec.generation, Job.CLAIMED_COMMANDS)
+    row = row_for(codec.generation, WellKnown.CLAIMED_COMMANDS)
     claimed: set[_Triple] = set()
     for finding in findings:
         command, exchange = finding.command, finding.exchange

@@ -9,22 +9,24 @@ from typing import Final
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.roles import Job
+from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
-from sphero_probe.link.exchange import Aside, Late, Silent
+from sphero_probe.link.exchange import LateResponse, Silent, Unsolicited
 from sphero_probe.link.link import Link
-from sphero_probe.probing.asking import Asked, Asker, Tried
 from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.judge import finding_of
-from sphero_probe.probing.line import Line, Reopen
 from sphero_probe.probing.notes import calibration_note, node_name, note_of
-from sphero_probe.probing.pending import Settled
 from sphero_probe.probing.pipeline import Pipeline
-from sphero_probe.probing.plan import Plan, Probe, probes_of
-from sphero_probe.probing.recorder import Earlier, Forgetful, Recorder
-from sphero_probe.probing.sending import ROUND
+from sphero_probe.probing.plan import Plan, Probe
+from sphero_probe.probing.plans.loader import probes_of
+from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
+from sphero_probe.probing.retries import SettledProbe
+from sphero_probe.probing.scheduler import PROBES_PER_CHECK
+from sphero_probe.session.identify import ask_well_known, read_firmware, wake
+from sphero_probe.session.reconnect import Reconnect, Reconnector
 
 _NO_ANSWER: Final = (
     "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
@@ -32,7 +34,7 @@ _NO_ANSWER: Final = (
 
 
 @dataclass(slots=True)
-class Run:
+class Engine:
     """One plan asked of one robot.
 
     Attributes:
@@ -43,7 +45,7 @@ class Run:
         stop: set it to send nothing more and end after what is in flight.
         recorder: told of every intent and record as it happens.
         earlier: what an interrupted run already settled.
-        reopen: opens a dropped line to the same robot again; None leaves it dropped.
+        reconnect: opens a dropped link to the same robot again; None leaves it dropped.
         on_step: told the name of each step of calling on the robot as it begins.
         findings: so far, in the order they were settled.
         total: probes made known so far, for progress.
@@ -54,23 +56,23 @@ class Run:
     device: str
     target: int | None = None
     stop: asyncio.Event = field(default_factory=asyncio.Event)
-    recorder: Recorder = field(default_factory=Forgetful)
-    earlier: Earlier = field(default_factory=Earlier)
-    reopen: Reopen | None = None
+    recorder: Recorder = field(default_factory=NullRecorder)
+    earlier: PreviousResults = field(default_factory=PreviousResults)
+    reconnect: Reconnect | None = None
     on_step: Callable[[str], None] = lambda _: None
     findings: list[Finding] = field(default_factory=list)
     total: int = 0
-    _asker: Asker = field(init=False)
-    _line: Line = field(init=False)
+    _prober: Prober = field(init=False)
+    _line: Reconnector = field(init=False)
     _pipeline: Pipeline = field(init=False)
-    _asides: list[Note] = field(default_factory=list)
+    _notes: list[Note] = field(default_factory=list)
     _kept: dict[int, Finding] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._asker = Asker(self.link, self.target)
-        self._asker.intend = self.recorder.intend
-        self._line = Line(self._asker, self.stop, self.reopen)
-        self._pipeline = Pipeline(self._asker, self._line, self.stop)
+        self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
+        self._prober = Prober(self._line, self.target)
+        self._prober.intend = self.recorder.intend
+        self._pipeline = Pipeline(self._prober, self._line, self.stop)
         self._pipeline.on_answer = self._keep
 
     async def records(self) -> AsyncIterator[Record]:
@@ -89,7 +91,7 @@ class Run:
         finally:
             await self._pipeline.close()
 
-    def _keep(self, settled: Settled) -> None:
+    def _keep(self, settled: SettledProbe) -> None:
         """Have an answer recorded as it comes; its round may still turn out void, and is then recorded so."""
         finding = self._judged(settled)
         if finding != self.earlier.findings.get(finding.number):
@@ -99,8 +101,8 @@ class Run:
     async def _records(self) -> AsyncIterator[Record]:
         """Yield a heading, then findings and notes as they come, then a summary."""
         loop = asyncio.get_running_loop()
-        began, frames_before = loop.time(), self.link.frames_sent
-        self.link.on_aside = self._hear_aside
+        began = loop.time()
+        self.link.on_unsolicited = self._hear_unsolicited
         for index, stage in enumerate(self.plan.stages):
             if self._over:
                 break
@@ -116,14 +118,14 @@ class Run:
         if self.plan.verify and not self._over:
             async for record in self._verify():
                 yield record
-        for note in self._take_asides():
+        for note in self._take_notes():
             yield note
         if self.plan.verify and (difference := compare(self.findings, self.link.codec)):
             yield difference
         yield Summary(
             dict(Counter(finding.outcome for finding in self.findings)),
             loop.time() - began,
-            self._line.frames + self._asker.link.frames_sent - frames_before,
+            self._line.frames_sent,
             complete=not self._over,
         )
         if self._line.lost:
@@ -135,26 +137,26 @@ class Run:
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
         """Call on the robot and measure the nodes that the first probes need; say what was seen."""
-        robot = self.link.guard.robot
+        robot = self.link.policy.robot
         open_ = [probe for number, probe in enumerate(probes, 1) if number not in self.earlier.findings]
         firmware: dict[str, str] = {}
         profiles: dict[int | None, Profile] = {}
 
         async def call() -> None:
             self.on_step("wake")
-            await self._asker.wake()
+            await wake(self._line.link, self.target)
             self.on_step("first answer")
-            firmware.update(await self._asker.firmware())
-            if not self._asker.link.answers:
-                await self._asker.do(Job.ECHO, self.target, attempts=1)
-            if not self._asker.link.answers:
+            firmware.update(await read_firmware(self._line.link, self.target))
+            if not self._prober.link.answers:
+                await ask_well_known(self._line.link, WellKnown.ECHO, self.target, attempts=1)
+            if not self._prober.link.answers:
                 raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
-            self._line.know(firmware)
-            profiles.update({profile.target: profile for profile in await self._asker.calibrate_for(open_)})
+            self._line.expect_firmware(firmware)
+            profiles.update({profile.target: profile for profile in await self._prober.calibrate_for(open_)})
             for target in profiles or (self.target,):
-                await self._pipeline.canary.sings(target)
+                await self._pipeline.health.passes(target)
 
-        await self._line.steady(call)
+        await self._line.with_reconnect(call)
         if self._over:
             return []
         heading = Heading(
@@ -164,37 +166,37 @@ class Run:
             firmware=firmware,
             plan=self.plan.name,
             tool_version=__version__,
-            consent=self.link.guard.consent.words,
+            consent=self.link.policy.consent.words,
             strictness={
                 node_name(target, robot): profile.strictness.value for target, profile in profiles.items()
             },
             started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
         )
         notes = [calibration_note(profile, robot) for profile in profiles.values()]
-        return [heading, *notes, *self._take_asides()]
+        return [heading, *notes, *self._take_notes()]
 
     async def _stage(self, probes: Sequence[Probe]) -> AsyncIterator[Record]:
         """Ask the probes of one stage in rounds; then the silent ones again, alone."""
         first = self.total + 1
         self.total += len(probes)
-        self._pipeline.losses.probes = self.total
-        chunk: list[Asked] = []
+        self._pipeline.loss.probes = self.total
+        chunk: list[PreparedProbe] = []
         for number, probe in enumerate(probes, first):
             if self._over:
                 break
             if settled := self._settled_earlier(number, probe):
                 yield settled
                 continue
-            if self._asker.must_measure(probe):
+            if self._prober.must_measure(probe):
                 for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.settle()):
                     yield record
                 chunk = []
             asked, measured = await self._prepare(number, probe)
             if measured:
-                yield calibration_note(measured, self.link.guard.robot)
+                yield calibration_note(measured, self.link.policy.robot)
             if asked:
                 chunk.append(asked)
-            if len(chunk) >= ROUND:
+            if len(chunk) >= PROBES_PER_CHECK:
                 for record in self._settle(await self._pipeline.feed(chunk)):
                     yield record
                 chunk = []
@@ -209,10 +211,10 @@ class Run:
         self._pipeline.narrow(1)
         self._pipeline.on_answer = lambda _: None  # only a changed word is news
         before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
-        chunk: list[Asked] = []
+        chunk: list[PreparedProbe] = []
         for number, finding in sorted(before.items()):
-            asked = self._asker.complete(number, Probe(finding.command, exact=True))
-            if asked.risk <= Risk.PROBE and not asked.barred:
+            asked = self._prober.complete(number, Probe(finding.command, exact=True))
+            if asked.risk <= Risk.PROBE and not asked.blocked:
                 chunk.append(asked)
         settled = await self._pipeline.feed(chunk)
         if not self._over:
@@ -226,22 +228,22 @@ class Run:
                 self.findings[self.findings.index(old)] = new
                 yield new
 
-    async def _prepare(self, number: int, probe: Probe) -> tuple[Asked | None, Profile | None]:
+    async def _prepare(self, number: int, probe: Probe) -> tuple[PreparedProbe | None, Profile | None]:
         """Make a probe ready; None when the line is gone for good while its node is measured."""
-        made: list[tuple[Asked, Profile | None]] = []
+        made: list[tuple[PreparedProbe, Profile | None]] = []
 
         async def prepare() -> None:
-            made.append(await self._asker.prepare(number, probe))
+            made.append(await self._prober.prepare(number, probe))
 
-        await self._line.steady(prepare)
+        await self._line.with_reconnect(prepare)
         return made[0] if made else (None, None)
 
-    def _settle(self, settled: Sequence[Settled]) -> list[Record]:
+    def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
         """Return what probes brought to light, and what was said besides."""
         ordered = sorted(settled, key=lambda one: one.asked.number)
-        return [*self._take_asides(), *map(self._judged, ordered)]
+        return [*self._take_notes(), *map(self._judged, ordered)]
 
-    def _judged(self, settled: Settled) -> Finding:
+    def _judged(self, settled: SettledProbe) -> Finding:
         """Return the finding of a probe; doubt makes it inconclusive."""
         finding = self._finding(settled.asked, settled.tried)
         if settled.doubt:
@@ -255,24 +257,24 @@ class Run:
             return finding
         risk = self.earlier.doubtful.get(number, Risk.READ)
         if risk > Risk.PROBE:
-            asked = self._asker.complete(number, probe)._replace(risk=risk)
+            asked = self._prober.complete(number, probe)._replace(risk=risk)
             unasked = Silent(asked.command, 0, b"", 0.0)
             note = "sent before the run was interrupted, may have been executed: not sent again"
-            found = self._finding(asked, Tried(unasked, 1))
+            found = self._finding(asked, ProbeResult(unasked, 1))
             return found._replace(outcome=Outcome.INCONCLUSIVE, note=note)
         return None
 
-    def _finding(self, asked: Asked, tried: Tried) -> Finding:
-        return finding_of(asked, tried, self.link.codec, masked=self._asker.masks(asked.command.target))
+    def _finding(self, asked: PreparedProbe, tried: ProbeResult) -> Finding:
+        return finding_of(asked, tried, self.link.codec, masked=self._prober.masks(asked.command.target))
 
-    def _hear_aside(self, aside: Aside) -> None:
+    def _hear_unsolicited(self, unsolicited: Unsolicited) -> None:
         """Keep what was said besides; a late answer still settles its own probe."""
-        if isinstance(aside, Late) and isinstance(aside.earlier, Silent):
-            self._pipeline.hear(aside)
-        self._asides.append(note_of(aside, self.link.codec, self.link.guard.robot))
+        if isinstance(unsolicited, LateResponse) and isinstance(unsolicited.earlier, Silent):
+            self._pipeline.hear(unsolicited)
+        self._notes.append(note_of(unsolicited, self.link.codec, self.link.policy.robot))
 
-    def _take_asides(self) -> list[Note]:
-        taken, self._asides = self._asides, []
+    def _take_notes(self) -> list[Note]:
+        taken, self._notes = self._notes, []
         return taken
 
 

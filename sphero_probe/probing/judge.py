@@ -2,9 +2,9 @@
 
 from typing import Final, NamedTuple, assert_never
 
-from sphero_probe.link.exchange import Answered, Exchange, Refused, Silent
-from sphero_probe.probing.asking import Asked, Tried
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
+from sphero_probe.probing.prober import PreparedProbe, ProbeResult
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Verdict
 
@@ -61,13 +61,13 @@ def judge(exchange: Exchange, codec: Codec, *, masked: bool = False) -> Judgemen
             return judgement
         case Silent():
             return Judgement(Outcome.SILENT)
-        case Refused(reason=reason):
+        case Blocked(reason=reason):
             return Judgement(Outcome.SKIPPED, note=reason)
         case _:
             assert_never(exchange)
 
 
-def finding_of(asked: Asked, tried: Tried, codec: Codec, *, masked: bool = False) -> Finding:
+def finding_of(asked: PreparedProbe, tried: ProbeResult, codec: Codec, *, masked: bool = False) -> Finding:
     """Return the finding of a probe.
 
     Args:

@@ -2,16 +2,16 @@
 
 from sphero_probe.catalogue import notification_row
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.link.exchange import Aside, Late
+from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.finding import Note
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Malformed, Notification
 
 
-def note_of(aside: Aside, codec: Codec, robot: Robot | None) -> Note:
+def note_of(unsolicited: Unsolicited, codec: Codec, robot: Robot | None) -> Note:
     """Return the note that a notification, a late answer or a malformed frame leaves."""
-    match aside:
+    match unsolicited:
         case Notification(did=did, cid=cid, payload=payload, source=source):
             row = notification_row(codec.generation, did, cid, robot)
             name = row.name if row else "unknown notification"
@@ -28,7 +28,7 @@ def note_of(aside: Aside, codec: Codec, robot: Robot | None) -> Note:
             return Note("notification", f"{ids} {name}", data)
         case Malformed(raw=raw, reason=reason):
             return Note("malformed", reason, {"raw": raw.hex(), "reason": reason})
-        case Late(response=response, received=received, earlier=earlier):
+        case LateResponse(response=response, received=received, earlier=earlier):
             kind = "foreign answer" if earlier is None else "late or repeated answer"
             return Note(
                 "late",

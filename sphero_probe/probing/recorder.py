@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.probing.asking import Asked
 from sphero_probe.probing.finding import Finding, Record
+from sphero_probe.probing.prober import PreparedProbe
 
 
 class Recorder(Protocol):
     """Who keeps what a run intends and finds, so that nothing answered is lost."""
 
-    def intend(self, asked: Asked) -> None:
+    def intend(self, asked: PreparedProbe) -> None:
         """Take in that a probe is about to be sent."""
         ...
 
@@ -21,10 +21,10 @@ class Recorder(Protocol):
         ...
 
 
-class Forgetful:
+class NullRecorder:
     """Keeps nothing."""
 
-    def intend(self, asked: Asked) -> None:
+    def intend(self, asked: PreparedProbe) -> None:
         """Forget it."""
 
     def record(self, record: Record) -> None:
@@ -32,7 +32,7 @@ class Forgetful:
 
 
 @dataclass(frozen=True, slots=True)
-class Earlier:
+class PreviousResults:
     """What an interrupted run of the same plan on the same robot left behind.
 
     Attributes:

@@ -122,12 +122,12 @@ class Deframer:
                     half_a_start = not quiet and data.endswith(b"\xff", told)
                     at = len(data) - half_a_start
                     whole = at if quiet else told + (at - told) // MAX_FRAME * MAX_FRAME
-                    packets += _rubbish(data[told:whole], _OUTSIDE)
+                    packets += _noise(data[told:whole], _OUTSIDE)
                     told = whole
                     break
                 at = start.start()
                 if at > told:
-                    packets += _rubbish(data[told:at], _OUTSIDE)
+                    packets += _noise(data[told:at], _OUTSIDE)
                     told = at
             verdict = self._judge(data, at, len(data))
             waiting = isinstance(verdict, _Waiting)
@@ -141,7 +141,7 @@ class Deframer:
                 )
             if isinstance(verdict, _Sound):
                 if at > told:
-                    packets += _rubbish(data[told:at], reason)
+                    packets += _noise(data[told:at], reason)
                 packets.append(self._parse(verdict.kinds, data[at : verdict.end]))
                 told = at = verdict.end
                 reason = ""
@@ -153,13 +153,13 @@ class Deframer:
             reason = reason or verdict.reason
             inside = self._start_inside(data, at, end, sound_only=waiting)
             if inside is None:
-                packets += _rubbish(data[told:end], reason)
+                packets += _noise(data[told:end], reason)
                 told = at = end
                 reason = ""
             else:
                 at = inside
                 whole = told + (at - told) // MAX_FRAME * MAX_FRAME
-                packets += _rubbish(data[told:whole], reason)
+                packets += _noise(data[told:whole], reason)
                 told = whole
         self._pending, self._at, self._reason = data[told:], at - told, reason
         self._need = max(need - told, 0)
@@ -207,6 +207,6 @@ def _adds_up(checked: bytes) -> bool:
     return (adler32(checked) if len(checked) <= _ADLER_EXACT else sum(checked) + 1) & 0xFF == 0
 
 
-def _rubbish(data: bytes, reason: str) -> Iterator[Malformed]:
+def _noise(data: bytes, reason: str) -> Iterator[Malformed]:
     for at in range(0, len(data), MAX_FRAME):
         yield Malformed(data[at : at + MAX_FRAME], reason)

@@ -95,7 +95,7 @@ def stretches(stream: bytes) -> Iterator[bytes | Malformed]:
         if start < 0:
             yield from _outside(piece)
             continue
-        yield from _rubbish(piece[:start])
+        yield from _noise(piece[:start])
         if len(piece) - start > MAX_FRAME:
             yield from _outside(piece[start:])
         else:
@@ -105,7 +105,7 @@ def stretches(stream: bytes) -> Iterator[bytes | Malformed]:
 def let_go(held: bytes) -> tuple[list[Malformed], bytes]:
     """Part what can become no frame from bytes without an EOP: what is too old or too long, and the rest."""
     start = max(held.rfind(_SOP), 0)
-    gone = list(_rubbish(held[:start]))
+    gone = list(_noise(held[:start]))
     kept = held[start:]
     while len(kept) > MAX_FRAME:
         gone.append(_rubble(kept[:MAX_FRAME]))
@@ -122,7 +122,7 @@ def _rubble(segment: bytes) -> Malformed:
     return Malformed(segment, "unfinished frame: another start came first")
 
 
-def _rubbish(data: bytes) -> Iterator[Malformed]:
+def _noise(data: bytes) -> Iterator[Malformed]:
     """The bytes in front of a frame's own SOP: noise, then any number of unfinished frames."""
     noise, *unfinished = data.split(_SOP)
     for segment in (noise, *(_SOP + rest for rest in unfinished)):

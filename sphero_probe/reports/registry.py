@@ -12,11 +12,11 @@ from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
 
 FORMATS: Final[dict[str, str]] = {
-    "table": "sphero_probe.reports.table",
-    "plain": "sphero_probe.reports.tab_separated",
-    "json": "sphero_probe.reports.json_array",
-    "jsonl": "sphero_probe.reports.json_lines",
-    "csv": "sphero_probe.reports.comma_separated",
+    "table": "sphero_probe.reports.formats.table",
+    "plain": "sphero_probe.reports.formats.plain",
+    "json": "sphero_probe.reports.formats.json_array",
+    "jsonl": "sphero_probe.reports.formats.json_lines",
+    "csv": "sphero_probe.reports.formats.csv_rows",
 }
 """Name -> the module that writes it."""
 

@@ -7,13 +7,12 @@ texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What 
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Final, NamedTuple, assert_never
+from typing import TYPE_CHECKING, Final, NamedTuple, assert_never
 
 from sphero_probe.catalogue import ROBOTS, lookup, notification_row, rows_of
-from sphero_probe.catalogue.layout import Decoded
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
-from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.exchange import Answered, Refused
+from sphero_probe.catalogue.payload.layout import Decoded
+from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
@@ -27,6 +26,10 @@ from sphero_probe.protocol.packets import (
     Verdict,
 )
 from sphero_probe.transports.base import Seen
+
+if TYPE_CHECKING:
+    from sphero_probe.probing.dry_run import PlannedProbe
+    from sphero_probe.probing.facts import Fact
 
 UNKNOWN_SPHERO: Final = "unknown Sphero"
 """The model of a robot whose services are a Sphero's and whose name is not."""
@@ -72,7 +75,7 @@ def finding_row(finding: Finding) -> Row:
     known = finding.knowledge
     exchange = finding.exchange
     answer = exchange if isinstance(exchange, Answered) else None
-    sent = None if isinstance(exchange, Refused) else exchange.sent.hex() or None
+    sent = None if isinstance(exchange, Blocked) else exchange.sent.hex() or None
     decoded = _decoded_answer(answer.response, known) if answer else None
     return Row(
         "finding",
@@ -243,31 +246,21 @@ def command_row(command: CommandRow) -> Row:
     )
 
 
-def planned_row(
-    number: int, command: Command, known: CommandRow | None, risk: Risk, frame: bytes, withheld: str | None
-) -> Row:
-    """Return the row of what would be sent.
-
-    Args:
-        number: place in the plan, from 1.
-        command: what would be asked.
-        known: the catalogue's row, None where no catalogue knows the pair.
-        risk: the class of sending it.
-        frame: the bytes that would go out.
-        withheld: why they would not, None where they would.
-    """
+def planned_row(planned: "PlannedProbe") -> Row:
+    """Return the row of a probe of a dry run; ``sent`` are the bytes that would go out."""
+    command, known = planned.command, planned.knowledge
     return Row(
         "planned",
         {
-            "number": number,
+            "number": planned.number,
             "target": command.target,
             "did": command.did,
             "cid": command.cid,
             "name": known.name if known else None,
-            "risk": risk.word,
+            "risk": planned.risk.word,
             "payload": command.payload.hex(),
-            "sent": frame.hex(),
-            "withheld": withheld,
+            "sent": planned.frame.hex(),
+            "withheld": planned.blocked,
         },
     )
 
@@ -285,6 +278,7 @@ def code_row(generation: Generation, code: int, name: str, meaning: str) -> Row:
     return Row("code", {"generation": generation.value, "code": code, "name": name, "meaning": meaning})
 
 
-def fact_row(name: str, value: object, unit: str = "", node: str | None = None) -> Row:
+def fact_row(fact: "Fact") -> Row:
     """Return the row of what a robot says about itself; ``node`` is a node's name, null for the robot."""
+    name, value, unit, node = fact
     return Row("fact", {"name": name, "value": value, "unit": unit, "node": node or None})

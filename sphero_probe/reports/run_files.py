@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from sphero_probe.probing.finding import Heading, Outcome
-from sphero_probe.probing.journal_lines import Opening
 from sphero_probe.reports.rows import Row
+from sphero_probe.runs.decode import Opening
 
 
 def run_file_row(

@@ -93,7 +93,7 @@ class Idleness(NamedTuple):
     asleep: NewsPair
 
 
-class Repertoire(NamedTuple):
+class Behaviours(NamedTuple):
     """What the commands of a generation do beyond what their rows tell.
 
     Attributes:

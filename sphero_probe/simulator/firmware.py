@@ -4,8 +4,8 @@ from random import Random
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import BRICK_DEVICES, all_rows, commands_of
-from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.model import CommandRow, Kind, Robot
+from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator.settings import Claims, Settings
 

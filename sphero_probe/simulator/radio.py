@@ -3,7 +3,7 @@
 from random import Random
 from typing import Final, NamedTuple
 
-from sphero_probe.simulator.lane import Lane
+from sphero_probe.simulator.channel import Channel
 from sphero_probe.simulator.settings import Settings
 
 NOTIFICATION_BYTES: Final = 20
@@ -37,8 +37,8 @@ class Radio:
         if interval is None and settings.per_event is not None:
             interval = INTERVAL
         size = settings.split or NOTIFICATION_BYTES
-        self._to_robot = Lane(None if interval is None else NOTIFICATION_BYTES, interval, per_event)
-        self._to_host = Lane(size, interval, per_event)
+        self._to_robot = Channel(None if interval is None else NOTIFICATION_BYTES, interval, per_event)
+        self._to_host = Channel(size, interval, per_event)
         self._held: _Held | None = None
         self._begun = False
 

@@ -4,9 +4,9 @@ import math
 from random import Random
 from typing import Final, NamedTuple
 
-from sphero_probe.catalogue.enums import VALUE_NAMES
-from sphero_probe.catalogue.layout import Field, Layout
 from sphero_probe.catalogue.model import CommandRow, Robot
+from sphero_probe.catalogue.payload.enums import VALUE_NAMES
+from sphero_probe.catalogue.payload.layout import Field, Layout
 
 _BY_NAME: Final[tuple[tuple[str, float, float], ...]] = (
     ("record_version", 1, 1),

@@ -7,15 +7,15 @@ from typing import Final, NamedTuple, assert_never
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Malformed, Request, Role, Verdict
-from sphero_probe.simulator.behaviours import REPERTOIRES, execute
 from sphero_probe.simulator.calls import Call, News, Reply
-from sphero_probe.simulator.desk import Desk
+from sphero_probe.simulator.command_queue import CommandQueue
+from sphero_probe.simulator.execution import BEHAVIOURS, execute
 from sphero_probe.simulator.firmware import Fact, FirmwareCommand
-from sphero_probe.simulator.manners import MANNERS
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
-from sphero_probe.simulator.rest import Rest, Turn
+from sphero_probe.simulator.response_style import RESPONSE_STYLES
 from sphero_probe.simulator.settings import Overflow, Settings, Strict
+from sphero_probe.simulator.sleep_timer import SleepEvent, SleepTimer
 from sphero_probe.simulator.state import State
 
 BOOTING: Final = 1.5
@@ -64,15 +64,15 @@ class FakeRobot:
         self._own_name, self.address = identity(settings.model, settings.seed)
         self._settings = settings
         self._on_execute = on_execute
-        self._repertoire = REPERTOIRES[settings.model.generation]
+        self._repertoire = BEHAVIOURS[settings.model.generation]
         idleness = self._repertoire.idleness
         timeout = idleness.timeout if settings.sleep_after is None else settings.sleep_after
-        self._state = State(settings, Rest(timeout, idleness.notice))
-        self._desk = Desk(settings.queue, settings.service)
+        self._state = State(settings, SleepTimer(timeout, idleness.notice))
+        self._queue = CommandQueue(settings.queue, settings.service)
         self._radio = Radio(settings)
         self._codec = CODECS[settings.model.generation]
         self._codes = {self._codec.verdict(code): code for code in range(0xFF, -1, -1)}
-        self._manners = MANNERS[settings.model.generation]
+        self._style = RESPONSE_STYLES[settings.model.generation]
         self._decoder = self._codec.decoder(Role.ROBOT)
         self._busy = Random(f"{settings.seed} busy")
 
@@ -117,7 +117,7 @@ class FakeRobot:
     def drop(self, *, now: float) -> None:
         """Lose the line; what has arrived at the host by ``now`` can still be spoken, all else is lost."""
         self.connected = False
-        self._desk.clear()
+        self._queue.clear()
         self._radio.drop(now=now)
 
     def wake(self, *, now: float) -> None:
@@ -146,7 +146,7 @@ class FakeRobot:
         """Return when ``speak`` may have something again, None when only ``hear`` can bring that about."""
         stream = self._state.stream
         own = stream.due if stream else None
-        times = (self._radio.next_time(), self._desk.due, own, self._state.rest.due)
+        times = (self._radio.next_time(), self._queue.due, own, self._state.rest.due)
         return min((time for time in times if time is not None), default=None)
 
     def _arrive(self, data: bytes, now: float) -> None:
@@ -164,8 +164,8 @@ class FakeRobot:
         if self._state.booting:
             return
         hears = not (self._state.off or self._state.asleep)
-        if not self._desk.admit(request, now=now) and hears and self._settings.overflow is Overflow.BUSY:
-            node = self._manners.node_wanted(request) or next(iter(self.model.nodes))
+        if not self._queue.admit(request, now=now) and hears and self._settings.overflow is Overflow.BUSY:
+            node = self._style.node_wanted(request) or next(iter(self.model.nodes))
             self._answer(request, node, Reply(Verdict.BUSY), now)
         self._serve_until(now)
         self._heard += 1
@@ -173,9 +173,9 @@ class FakeRobot:
             self.drop(now=now)
 
     def _serve_until(self, now: float) -> None:
-        while self._desk.due is not None and self._desk.due <= now:
-            due = self._desk.due
-            self._serve(self._desk.take(), due)
+        while self._queue.due is not None and self._queue.due <= now:
+            due = self._queue.due
+            self._serve(self._queue.take(), due)
 
     def _serve(self, request: Request, now: float) -> None:
         did, cid, *_ = request.command
@@ -192,15 +192,15 @@ class FakeRobot:
             self._radio.send(reply.prompt, now=now)
         for news in reply.news:
             self._notify(news, now)
-        if (was_asleep or self._manners.is_activity(request)) and not (state.asleep or state.in_bootloader):
+        if (was_asleep or self._style.is_activity(request)) and not (state.asleep or state.in_bootloader):
             state.rest.touch(now=now)
 
     def _answer(self, request: Request, node: int, reply: Reply, now: float) -> None:
         """Send a reply, if the command wants one and the robot is not mute on it."""
         code = self._codes[reply.verdict] if reply.code is None else reply.code
         well = self._codec.verdict(code) is Verdict.OK
-        if self._manners.is_answered(request, well) and request.command[:2] not in self._settings.silent:
-            response = self._manners.respond(request, self.model.answer_style, node, code, reply.payload)
+        if self._style.is_answered(request, well) and request.command[:2] not in self._settings.silent:
+            response = self._style.respond(request, self.model.answer_style, node, code, reply.payload)
             self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
 
     def _reboot(self, now: float) -> None:
@@ -223,14 +223,14 @@ class FakeRobot:
     def _reply(self, request: Request, now: float) -> tuple[int, Reply]:
         """Find out what a request gets, and from which node."""
         did, cid, payload, _ = request.command
-        wanted = self._manners.node_wanted(request)
+        wanted = self._style.node_wanted(request)
         if wanted and wanted not in self.model.nodes:
             return wanted, Reply(Verdict.NO_TARGET)
         firmware = self._state.firmware
         nodes = (wanted,) if wanted else tuple(self.model.nodes)
         node = next((node for node in nodes if firmware.find(node, did, cid)), nodes[0])
         command = firmware.find(node, did, cid)
-        if objection := self._manners.objection(request):
+        if objection := self._style.objection(request):
             return node, Reply(objection)
         if self._settings.busy and self._busy.random() < self._settings.busy:
             return node, Reply(Verdict.BUSY)
@@ -259,18 +259,18 @@ class FakeRobot:
     def _notify(self, news: News, now: float) -> None:
         if not self.connected:
             return
-        notification = self._manners.notify(self.model.answer_style, news.node, news.pair, news.payload)
+        notification = self._style.notify(self.model.answer_style, news.node, news.pair, news.payload)
         self._radio.send(self._codec.encode_notification(notification), now=now)
 
     def _pass_time(self, now: float) -> None:
         """Let happen what happens by itself until ``now``, in order."""
-        rest, desk, radio = self._state.rest, self._desk, self._radio
+        rest, queue, radio = self._state.rest, self._queue, self._radio
         rest.begin(now=now)
         radio.begin(now=now)
-        while times := [at for at in (desk.due, rest.due, radio.due) if at is not None and at <= now]:
+        while times := [at for at in (queue.due, rest.due, radio.due) if at is not None and at <= now]:
             due = min(times)
             self._run_stream(due)
-            if desk.due == due:
+            if queue.due == due:
                 self._serve_until(due)
             elif rest.due == due:
                 self._turn(rest.take(), due)
@@ -282,19 +282,19 @@ class FakeRobot:
         stream = self._state.stream
         while stream and (sample := stream.sample(now=now)):
             due, payload = sample
-            self._notify(News(stream.wish.node, stream.wish.pair, payload), due)
+            self._notify(News(stream.queued.node, stream.queued.pair, payload), due)
 
-    def _turn(self, turn: Turn, now: float) -> None:
+    def _turn(self, turn: SleepEvent, now: float) -> None:
         idleness, node = self._repertoire.idleness, next(iter(self.model.nodes))
         match turn:
-            case Turn.WARN:
+            case SleepEvent.WARN:
                 self._notify(News(node, idleness.warning), now)
-            case Turn.SLEEP:
+            case SleepEvent.SLEEP:
                 self._state.fall_asleep()
                 self._notify(News(node, idleness.asleep), now)
-            case Turn.WAKE:
+            case SleepEvent.WAKE:
                 self.wake(now=now)
-            case Turn.BOOT:
+            case SleepEvent.BOOT:
                 self._boot(now)
             case _:
                 assert_never(turn)

@@ -11,7 +11,7 @@ from urllib.parse import unquote
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import UsageError
-from sphero_probe.simulator.manners import MANNERS
+from sphero_probe.simulator.response_style import RESPONSE_STYLES
 
 MOST_HIDDEN: Final = 500
 """Hidden commands that any robot has room for."""
@@ -124,10 +124,10 @@ def parse_settings(text: str) -> Settings:
 
 def _model(word: str) -> Robot:
     robot = robot_by_word(word)
-    playable = [model.key for model in ROBOTS.values() if model.generation in MANNERS]
+    playable = [model.key for model in ROBOTS.values() if model.generation in RESPONSE_STYLES]
     if robot is None:
         raise UsageError(_unknown("robot", word, playable))
-    if robot.generation not in MANNERS:
+    if robot.generation not in RESPONSE_STYLES:
         raise UsageError(f"there is no fake {robot.key} yet; there are {', '.join(playable)}")
     return robot
 

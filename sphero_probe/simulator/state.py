@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
-from sphero_probe.catalogue.layout import Layout
 from sphero_probe.catalogue.model import LedTable
+from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator.firmware import Firmware
 from sphero_probe.simulator.readings import Readings
-from sphero_probe.simulator.rest import Rest
 from sphero_probe.simulator.settings import Settings
+from sphero_probe.simulator.sleep_timer import SleepTimer
 
 if TYPE_CHECKING:
     from sphero_probe.simulator.streaming import Stream
@@ -45,7 +45,7 @@ class State:
         booting: starts anew and hears nothing yet.
     """
 
-    def __init__(self, settings: Settings, rest: Rest) -> None:
+    def __init__(self, settings: Settings, rest: SleepTimer) -> None:
         self.model = settings.model
         self.seed = settings.seed
         self.strict = settings.strict

@@ -3,7 +3,7 @@
 from random import Random
 from typing import Final, NamedTuple
 
-from sphero_probe.catalogue.layout import Field, Layout
+from sphero_probe.catalogue.payload.layout import Field, Layout
 
 _AT_REST: Final[dict[str, tuple[float, float]]] = {
     "quaternion_x": (-0.02, 0.02),
@@ -41,7 +41,7 @@ _BACKLOG: Final = 64
 """Packets that a robot can hold back; what is older when somebody listens again is gone."""
 
 
-class Wish(NamedTuple):
+class StreamRequest(NamedTuple):
     """What a client wants streamed.
 
     Attributes:
@@ -65,22 +65,22 @@ class Stream:
     """One running stream.
 
     Attributes:
-        wish: what is streamed.
+        queued: what is streamed.
         due: when the next packet is sent, in seconds of the caller's clock; None once the last one is.
     """
 
-    def __init__(self, wish: Wish, *, seed: int, now: float) -> None:
-        self.wish = wish
-        self._left: int | None = wish.packets or None
+    def __init__(self, queued: StreamRequest, *, seed: int, now: float) -> None:
+        self.queued = queued
+        self._left: int | None = queued.packets or None
         self._chance = Random(f"{seed} stream")
         self._elapsed = 0.0
-        self.due: float | None = now + wish.interval if wish.interval and wish.layout.fields else None
+        self.due: float | None = now + queued.interval if queued.interval and queued.layout.fields else None
 
     def sample(self, *, now: float) -> tuple[float, bytes] | None:
         """Return when the next packet was due and its payload; None while nothing is due by ``now``."""
         if self.due is None or self.due > now:
             return None
-        interval, frames = self.wish.interval, self.wish.frames
+        interval, frames = self.queued.interval, self.queued.frames
         self.due = max(self.due, now - _BACKLOG * interval)
         sent = self.due
         if self._left is not None:
@@ -90,7 +90,7 @@ class Stream:
 
     def _frame(self, milliseconds: float) -> bytes:
         self._elapsed += milliseconds
-        layout = self.wish.layout
+        layout = self.queued.layout
         return layout.encode({field.name: self._reading(field) for field in layout.fields})
 
     def _reading(self, field: Field) -> float:

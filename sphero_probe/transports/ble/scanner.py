@@ -225,15 +225,15 @@ async def _until_clear(wanted: str, options: OpenOptions, air: Air) -> None:
     with suppress(TimeoutError):
         async with asyncio.timeout_at(end) as limit:
 
-            def hasten(heard: Heard) -> None:
+            def shorten_deadlines(heard: Heard) -> None:
                 nonlocal end
                 seconds = patience(wanted, heard.seen)
                 if seconds is not None and loop.time() + seconds < end:
                     end = loop.time() + seconds
                     limit.reschedule(end)
 
-            air.on_heard = hasten
+            air.on_heard = shorten_deadlines
             for heard in air.around():
-                hasten(heard)
+                shorten_deadlines(heard)
             await asyncio.Event().wait()
     air.on_heard = lambda _: None

@@ -1,0 +1,1 @@
+"""Payloads: layouts in one line of text, fields, and the names of their values."""

@@ -1,0 +1,1 @@
+"""The known commands, one row each; a file per generation and area."""

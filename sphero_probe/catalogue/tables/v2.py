@@ -1,0 +1,86 @@
+"""How a V2 row is written: the words of one line of a table come in, a ``CommandRow`` comes out.
+
+``nodes`` names the robots that know the pair, each with the nodes that serve it there: ``"mini bolt:2 rvr:12"`` is
+node 1 of Mini, node 2 of BOLT, both nodes of RVR. ``sources`` are words: ``spherov2``, ``sdk`` (the maker's Python SDK),
+``pysphero``, ``capture`` (bytes seen from a robot), ``reference`` (a description of BOLT+), and ``assumed`` where a robot
+stands in the row only because its relatives do.
+"""
+
+from functools import cache
+
+from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.payload.layout import Layout
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.protocol.packets import Generation
+
+
+def command(
+    did: int,
+    cid: int,
+    name: str,
+    risk: Risk,
+    request: str | None,
+    response: str | None,
+    nodes: str,
+    sources: str,
+    *,
+    aliases: str = "",
+    sample: bytes | None = None,
+    note: str = "",
+) -> CommandRow:
+    """Make the row of a command; layouts are None where unknown, ``""`` where they are known to be empty."""
+    return CommandRow(
+        Generation.V2,
+        did,
+        cid,
+        name,
+        Kind.COMMAND,
+        risk,
+        _layout(request),
+        _layout(response),
+        _nodes(nodes),
+        _words(sources),
+        _words(aliases),
+        sample,
+        note,
+    )
+
+
+def notification(
+    did: int, cid: int, name: str, payload: str | None, nodes: str, sources: str, *, aliases: str = "", note: str = ""
+) -> CommandRow:
+    """Make the row of a notification, which nobody sends to a robot: it has no request."""
+    return CommandRow(
+        Generation.V2,
+        did,
+        cid,
+        name,
+        Kind.NOTIFICATION,
+        Risk.READ,
+        None,
+        _layout(payload),
+        _nodes(nodes),
+        _words(sources),
+        _words(aliases),
+        None,
+        note,
+    )
+
+
+@cache
+def _layout(text: str | None) -> Layout | None:
+    return None if text is None else Layout(text)
+
+
+@cache
+def _nodes(text: str) -> dict[str, tuple[int, ...]]:
+    nodes = {}
+    for word in text.split():
+        robot, _, digits = word.partition(":")
+        nodes[robot] = tuple(int(digit) for digit in digits or "1")
+    return nodes
+
+
+@cache
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())

@@ -1,0 +1,23 @@
+"""``completion``: a shell's name goes in, the script that completes ``sphero-probe`` there comes out."""
+
+import click
+
+
+@click.command("completion")
+@click.argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="bash | zsh | fish")
+def command(shell: str) -> None:
+    """Print the script that lets a shell complete commands, options, robots, names, plans and runs.
+
+    For bash: sphero-probe completion bash >> ~/.bashrc
+
+    For zsh, where compinit runs: sphero-probe completion zsh >> ~/.zshrc
+
+    For fish: sphero-probe completion fish >> ~/.config/fish/config.fish
+
+    The robots are those of the last scan, and the built-in ones.
+
+    Example: sphero-probe completion bash
+    """
+    from sphero_probe.cli.complete.shells import script
+
+    click.echo(script(shell), nl=False)

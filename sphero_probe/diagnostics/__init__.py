@@ -1,0 +1,1 @@
+"""Checks of this machine, its Bluetooth and a robot."""

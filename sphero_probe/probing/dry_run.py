@@ -1,0 +1,74 @@
+"""What a plan would send, without a robot: the exact bytes, the risk class, and what the policy blocks."""
+
+from collections.abc import Iterator
+from itertools import count
+from typing import NamedTuple
+
+from sphero_probe.catalogue import lookup
+from sphero_probe.catalogue.model import CommandRow, Robot
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.policy import Consent, Policy
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.plans.loader import probes_of
+from sphero_probe.probing.prober import payload_for
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Command, Generation
+
+
+class PlannedProbe(NamedTuple):
+    """A probe that would be sent.
+
+    Attributes:
+        number: its place in the plan, from 1.
+        command: what would be asked.
+        knowledge: the catalogue's row, None where no catalogue knows the pair.
+        risk: the class of sending it.
+        frame: the bytes that would go out.
+        blocked: why they would not, None where they would.
+    """
+
+    number: int
+    command: Command
+    knowledge: CommandRow | None
+    risk: Risk
+    frame: bytes
+    blocked: str | None
+
+
+def planned_probes(
+    plan: Plan,
+    generation: Generation,
+    robot: Robot | None,
+    consent: Consent,
+    target: int | None,
+    name: str = "",
+) -> Iterator[PlannedProbe]:
+    """Yield what each probe would send, if calibration finds that the robot checks lengths.
+
+    Args:
+        plan: what to ask; stages that are made from findings are left out.
+        generation: the robot's protocol.
+        robot: the model, None where it is not known.
+        consent: what is allowed.
+        target: address byte for probes that name no node; None leaves addresses out.
+        name: the robot's name, for the class ``brick``.
+    """
+    codec = CODECS[generation]
+    policy = Policy(generation, robot, consent, (name,) if name else ())
+    numbers = count(1)
+    sequence = codec.sequence_numbers
+    for stage in plan.stages:
+        if callable(stage):
+            continue
+        for probe in probes_of(plan, stage, ()):
+            number = next(numbers)
+            command = probe.command
+            if command.target is None:
+                command = command._replace(target=target)
+            row = lookup(generation, command.did, command.cid, robot)
+            if not probe.exact and not command.payload:
+                command = command._replace(payload=payload_for(row, consent))
+            policy.trust_length_check(command.target)
+            frame = codec.encode_command(command, sequence[(number - 1) % len(sequence)])
+            risk, blocked = policy.assess(command).risk, policy.why_blocked(command)
+            yield PlannedProbe(number, command, row, risk, frame, blocked)

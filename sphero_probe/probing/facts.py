@@ -1,0 +1,78 @@
+"""What a robot says about itself: documented reads to send, and the facts in their answers."""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from sphero_probe.catalogue import row_by_name
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.well_known import VERSION_FIELDS
+from sphero_probe.link.exchange import Answered
+from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.notes import node_name
+from sphero_probe.probing.plan import Probe
+from sphero_probe.protocol.packets import Command, Generation
+
+
+class Fact(NamedTuple):
+    """One thing that a robot says about itself.
+
+    Attributes:
+        name: what it is, ``battery_percentage``.
+        value: as decoded.
+        unit: of the value, empty for none.
+        node: the node that said it, empty where the robot has one only.
+    """
+
+    name: str
+    value: object
+    unit: str = ""
+    node: str = ""
+
+
+def probes_of(
+    names: Iterable[str], generation: Generation, robot: Robot | None, port: int
+) -> Iterator[Probe]:
+    """Yield a read per fact, on each node that serves it.
+
+    Args:
+        names: the commands that ask for the facts.
+        generation: whose catalogue has them.
+        robot: the model, None where it is not known.
+        port: the port nibble on this kind of line.
+    """
+    for name in names:
+        row = row_by_name(generation, name)
+        if row is None:
+            continue
+        nodes = row.nodes.get(robot.key, ()) if robot else ()
+        if robot and not robot.addressed:
+            nodes = ()
+        for node in nodes or (None,):
+            yield Probe(Command(row.did, row.cid, b"", None if node is None else port << 4 | node))
+
+
+def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:
+    """Yield the facts in one answer; none where the robot did not answer with data.
+
+    Args:
+        finding: of a probe of ``probes_of``.
+        robot: the model, None where it is not known.
+    """
+    row, exchange = finding.knowledge, finding.exchange
+    if (
+        row is None
+        or row.response is None
+        or not isinstance(exchange, Answered)
+        or not exchange.response.payload
+    ):
+        return
+    decoded = row.response.decode(exchange.response.payload)
+    name = row.name.partition(".")[2].removeprefix("get_")
+    node = node_name(finding.command.target, robot) if robot and len(robot.nodes) > 1 else ""
+    fields = dict(decoded.fields)
+    parts = VERSION_FIELDS[row.generation]
+    if all(part in fields for part in parts):
+        yield Fact(name, ".".join(str(fields.pop(part)) for part in parts), "", node)
+    alone = len(decoded.fields) == 1
+    for field, value in fields.items():
+        yield Fact(name if alone else f"{name} {field}", value, decoded.units.get(field, ""), node)

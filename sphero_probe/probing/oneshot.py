@@ -1,0 +1,81 @@
+"""One command by itself: a command in, its finding out, without calling on the robot first."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+
+from sphero_probe import __version__
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.exchange import Silent
+from sphero_probe.link.link import Link
+from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.probing.finding import Finding, Heading
+from sphero_probe.probing.judge import finding_of
+from sphero_probe.probing.plan import Plan, Probe
+from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.protocol.packets import Command
+from sphero_probe.session.identify import wake
+from sphero_probe.session.reconnect import Reconnector
+
+
+async def send_once(
+    link: Link, command: Command, number: int = 1, intend: Callable[[PreparedProbe], None] | None = None
+) -> Finding:
+    """Ask exactly this command; when nobody answers, wake the robot and ask again if its class allows.
+
+    Args:
+        link: to the robot.
+        command: what to send, payload and node as they stand.
+        number: of the finding.
+        intend: told of the command before it goes out, each time it does.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    prober = Prober(Reconnector(link, command.target), command.target)
+    prober.intend = intend or prober.intend
+    asked, _ = await prober.prepare(number, Probe(command, exact=True))
+    exchange, attempts = await prober.ask(asked, alone=True)
+    while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and asked.risk <= Risk.WRITE:
+        await wake(link, command.target)
+        exchange, more = await prober.ask(asked, alone=True)
+        attempts += more
+    return finding_of(asked, ProbeResult(exchange, attempts), link.codec, masked=prober.masks(command.target))
+
+
+async def stop_motors(link: Link, target: int | None) -> None:
+    """Tell the robot to stop, where motion is allowed and it is known how.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    row = row_for(link.codec.generation, WellKnown.STOP)
+    if row is None or row.request is None or Risk.MOTION not in link.policy.consent.allowed:
+        return
+    robot = link.policy.robot
+    nodes = row.nodes.get(robot.key, ()) if robot else ()
+    if target is not None and nodes:
+        target = target & 0xF0 | nodes[0]
+    await link.ask(Command(row.did, row.cid, row.request.zeros(), target), alone=True)
+
+
+def heading_of(plan: Plan, link: Link, device: str) -> Heading:
+    """Return the heading of a run that begins now, before anything was measured.
+
+    Args:
+        plan: what will be asked.
+        link: to the robot.
+        device: the robot's name or address.
+    """
+    robot = link.policy.robot
+    return Heading(
+        robot=robot.key if robot else "",
+        model=robot.name if robot else "unknown model",
+        device=device,
+        firmware={},
+        plan=plan.name,
+        tool_version=__version__,
+        consent=link.policy.consent.words,
+        strictness={},
+        started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
+    )

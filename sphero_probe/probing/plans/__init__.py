@@ -1,0 +1,1 @@
+"""Plans: built in code, loaded from files, shipped with the tool."""

@@ -1,0 +1,182 @@
+"""The full map of a robot as a plan: a generation and a person's wishes in, stages out.
+
+Identify, ask the robot what it has, find its nodes, close the device ids that are not there, ask every
+command of those that are; by request also which lengths and values a command takes. Calibration and verifying
+are the engine's.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Final
+
+from sphero_probe.catalogue import BRICK_DEVICES, PERSIST_DEVICES, all_rows, row_by_name
+from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.well_known import FACTS, WellKnown, row_for
+from sphero_probe.link.exchange import Answered
+from sphero_probe.probing.calibration import ABSENT_COMMANDS
+from sphero_probe.probing.finding import Finding, Outcome
+from sphero_probe.probing.plan import Plan, Probe, Stage
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Command, Generation, Verdict
+
+NODES: Final = range(1, 5)
+"""Node numbers that are looked for; no robot is known to have more than two."""
+LENGTHS: Final = (1, 2, 4, 16, 8, 3, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20, 0)
+"""Payload lengths to try, likely ones first [commands_v2]; 0 comes last, as it executes the most."""
+VALUES: Final = (1, 2, 4, 8, 16, 32, 64, 128, 255)
+
+_Findings = Sequence[Finding]
+
+
+def discovery(
+    generation: Generation,
+    target: int | None,
+    *,
+    dids: Iterable[int] = range(256),
+    lengths: bool = False,
+    values: bool = False,
+) -> Plan:
+    """Return the plan that maps a whole robot.
+
+    Args:
+        generation: its protocol.
+        target: address byte of its usual node; None where addresses are left out, and then for no other node.
+        dids: the device ids to look at.
+        lengths: also find out which lengths a command takes, where consent covers executing it.
+        values: also try values, where one was refused.
+    """
+    map_ = _Map(generation, target, tuple(dids))
+    stages: list[Stage] = [map_.facts(), map_.claimed_devices(), map_.claimed_commands, map_.nodes()]
+    stages += [map_.devices(cid) for cid in ABSENT_COMMANDS]
+    stages.append(map_.commands)
+    if lengths:
+        stages += [map_.of_length(length) for length in LENGTHS]
+    if values:
+        stages += [map_.of_value(value) for value in VALUES]
+    return Plan("discover", "the full map of a robot", stages, verify=True)
+
+
+class _Map:
+    """Makes the stages; what was found so far comes in with each."""
+
+    def __init__(self, generation: Generation, target: int | None, dids: tuple[int, ...]) -> None:
+        self._generation = generation
+        self._codec = CODECS[generation]
+        self._target = target
+        self._dids = dids
+
+    def facts(self) -> list[Probe]:
+        """Stage 0: who is it."""
+        rows = (row_by_name(self._generation, name) for name in FACTS[self._generation])
+        return [Probe(Command(row.did, row.cid, b"", self._target)) for row in rows if row]
+
+    def claimed_devices(self) -> list[Probe]:
+        """Stage 1: which devices does it say it has."""
+        row = row_for(self._generation, WellKnown.CLAIMED_DEVICES)
+        return [Probe(Command(row.did, row.cid, b"", self._target))] if row else []
+
+    def claimed_commands(self, findings: _Findings) -> Iterator[Probe]:
+        """Stage 1, continued: which commands does it say each of them has."""
+        devices = row_for(self._generation, WellKnown.CLAIMED_DEVICES)
+        commands = row_for(self._generation, WellKnown.CLAIMED_COMMANDS)
+        if devices is None or commands is None:
+            return
+        for finding in findings:
+            exchange = finding.exchange
+            if finding.command[:2] == (devices.did, devices.cid) and isinstance(exchange, Answered):
+                for did in dict.fromkeys(exchange.response.payload):
+                    yield Probe(Command(commands.did, commands.cid, bytes([did]), self._target))
+
+    def nodes(self) -> list[Probe]:
+        """Stage 2: which nodes answer an echo."""
+        echo = row_for(self._generation, WellKnown.ECHO)
+        if self._target is None or echo is None:
+            return []
+        return [
+            Probe(Command(echo.did, echo.cid, b"", self._target & 0xF0 | node))
+            for node in NODES
+            if self._target & 0x0F != node
+        ]
+
+    def devices(self, cid: int) -> Callable[[_Findings], Iterator[Probe]]:
+        """Stage 4: which devices are there; what one command id calls absent is confirmed with two more."""
+
+        def stage(findings: _Findings) -> Iterator[Probe]:
+            first = cid == ABSENT_COMMANDS[0]
+            closed = self._closed(findings)
+            for target in self._nodes(findings):
+                for did in self._dids:
+                    if first or (target, did) in closed:
+                        yield Probe(Command(did, self._harmless(did, cid), b"", target))
+
+        return stage
+
+    def commands(self, findings: _Findings) -> Iterator[Probe]:
+        """Stage 5: every command of the devices that are there."""
+        closed = self._closed(findings)
+        seen = {finding.command._replace(payload=b"") for finding in findings}
+        for target in self._nodes(findings):
+            for did in self._dids:
+                if (target, did) in closed:
+                    continue
+                for cid in range(256):
+                    if Command(did, cid, b"", target) not in seen:
+                        yield Probe(Command(did, cid, b"", target))
+
+    def of_length(self, length: int) -> Callable[[_Findings], Iterator[Probe]]:
+        """Stage 6: does a command of unknown arguments take this length."""
+
+        def stage(findings: _Findings) -> Iterator[Probe]:
+            refused: dict[Command, bool] = {}
+            for finding in findings:
+                known = finding.knowledge
+                if finding.outcome is Outcome.EXISTS and not (known and known.request):
+                    bare = finding.command._replace(payload=b"")
+                    verdict = self._verdict(finding)
+                    refused[bare] = refused.get(bare, True) and verdict is Verdict.BAD_LENGTH
+            for command, still in refused.items():
+                if still:
+                    yield Probe(command._replace(payload=bytes(length)), exact=True)
+
+        return stage
+
+    def of_value(self, value: int) -> Callable[[_Findings], Iterator[Probe]]:
+        """Stage 7: is another first byte taken where a value was refused."""
+
+        def stage(findings: _Findings) -> Iterator[Probe]:
+            for finding in findings:
+                payload = finding.command.payload
+                if self._verdict(finding) is Verdict.BAD_VALUE and payload and not any(payload):
+                    changed = bytes([value]) + payload[1:]
+                    yield Probe(finding.command._replace(payload=changed), exact=True)
+
+        return stage
+
+    def _harmless(self, did: int, cid: int) -> int:
+        """What to ask of a device: the absent id; of a dangerous one a documented read, nothing else goes."""
+        if did in BRICK_DEVICES[self._generation] | PERSIST_DEVICES[self._generation]:
+            for row in all_rows(self._generation):
+                if row.did == did and row.risk is Risk.READ and row.kind is Kind.COMMAND:
+                    return row.cid
+        return cid
+
+    def _nodes(self, findings: _Findings) -> list[int | None]:
+        echo = row_for(self._generation, WellKnown.ECHO)
+        nodes: dict[int | None, None] = {self._target: None}
+        for finding in findings:
+            if echo and finding.command[:2] == (echo.did, echo.cid) and finding.outcome is Outcome.EXISTS:
+                nodes[finding.command.target] = None
+        return list(nodes)
+
+    def _closed(self, findings: _Findings) -> set[tuple[int | None, int]]:
+        """Node and DID of the devices that every answer so far called absent."""
+        closed: set[tuple[int | None, int]] = set()
+        open_: set[tuple[int | None, int]] = set()
+        for finding in findings:
+            pair = finding.command.target, finding.command.did
+            (closed if self._verdict(finding) is Verdict.NO_DEVICE else open_).add(pair)
+        return closed - open_
+
+    def _verdict(self, finding: Finding) -> Verdict | None:
+        exchange = finding.exchange
+        return self._codec.verdict(exchange.response.code) if isinstance(exchange, Answered) else None

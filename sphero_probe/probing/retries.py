@@ -1,0 +1,128 @@
+"""What becomes of a probe between its first frame and its last word, as values that a pipeline works with."""
+
+from dataclasses import dataclass, field
+from math import ceil, log
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered, LateResponse, Silent
+from sphero_probe.probing.prober import PreparedProbe, ProbeResult
+
+LEAST_ATTEMPTS: Final = 2
+"""How often what nobody answers is asked at least, on a line that loses nothing."""
+MOST_ATTEMPTS: Final = 12
+"""How often what nobody answers is asked at most, however much is lost on the line."""
+FALSE_SILENCES: Final = 1e-3
+"""How many answered commands of a whole run may be called silent, on average over many runs."""
+_DOUBT: Final = 20
+"""A line counts as losing one command in so many until it is known better."""
+LOST: Final = "the link was lost before it was settled"
+STOPPED: Final = "stopped before it was asked again"
+ONCE: Final = "asked once only: its class is not repeated"
+NOT_ITSELF: Final = "the robot was asleep, rebooted or in another mode whenever it was asked"
+SUSPECT: Final = "suspect: the link dropped twice while this was asked"
+LOSSY: Final = "no answer, on a line that loses too much to call it silent"
+EXECUTED: Final = "the link dropped: it may have been executed"
+
+
+class SettledProbe(NamedTuple):
+    """How a probe ended.
+
+    Attributes:
+        asked: the probe.
+        tried: the exchange and how often it was sent.
+        doubt: why the exchange proves nothing, empty when it does.
+    """
+
+    asked: PreparedProbe
+    tried: ProbeResult
+    doubt: str = ""
+
+
+class LossEstimate:
+    """How much the line loses, learned from commands that were answered in the end.
+
+    Attributes:
+        probes: how many the run has, as far as that is known.
+    """
+
+    def __init__(self) -> None:
+        self.probes = 0
+        self._sent = 0
+        self._lost = 0
+
+    def learn(self, attempts: int) -> None:
+        """Take in a command that was answered at this attempt."""
+        self._sent += attempts
+        self._lost += attempts - 1
+
+    @property
+    def attempts_wanted(self) -> int:
+        """How often a command must stay silent until chance does not explain it; may be beyond reason."""
+        rate = (self._lost + 1) / (self._sent + _DOUBT)
+        return max(LEAST_ATTEMPTS, ceil(log(FALSE_SILENCES / max(self.probes, 1)) / log(rate)))
+
+
+@dataclass(slots=True)
+class SilentProbe:
+    """A probe that stayed silent so far.
+
+    Attributes:
+        asked: the probe.
+        silent: its last exchange.
+        attempts: how often it was sent.
+        confirmed: how many of its silences a canary sang behind.
+        late_answer: the answer that came after all.
+        doubt: why it will not be asked again, empty when it will.
+        sent_at: when each attempt was sent, on the event loop's clock, as far as one may still be answered.
+    """
+
+    asked: PreparedProbe
+    silent: Silent
+    attempts: int
+    confirmed: int = 0
+    late_answer: Answered | None = None
+    doubt: str = ""
+    sent_at: list[tuple[Silent, float]] = field(default_factory=list)
+
+    def hear(self, late: LateResponse, now: float) -> float:
+        """Take in an answer that may belong to one of the attempts; return how long it took, 0.0 if not.
+
+        Args:
+            late: the answer.
+            now: the time on the event loop's clock.
+        """
+        for silent, sent_at in self.sent_at:
+            if silent is late.earlier:
+                command, seq, sent, _ = silent
+                self.late_answer = Answered(command, seq, sent, late.response, late.received, now - sent_at)
+                return now - sent_at
+        return 0.0
+
+    def is_final(self, loss: LossEstimate) -> bool:
+        """Whether asking once more would tell nothing new."""
+        return self.confirmed >= loss.attempts_wanted or self.attempts >= MOST_ATTEMPTS
+
+    def last_word(self, loss: LossEstimate, interrupted: str) -> SettledProbe:
+        """Return how it ended.
+
+        Args:
+            loss: what the line was seen to lose.
+            interrupted: why the run ended early, empty when it did not.
+        """
+        if self.late_answer:
+            return SettledProbe(self.asked, ProbeResult(self.late_answer, self.attempts))
+        doubt = self.doubt
+        if not doubt and self.confirmed < loss.attempts_wanted:
+            doubt = interrupted or (ONCE if self.asked.risk > Risk.WRITE else LOSSY)
+        return SettledProbe(self.asked, ProbeResult(self.silent, self.attempts), doubt)
+
+
+def silence(asked: PreparedProbe) -> Silent:
+    """Return the exchange of a probe of which nothing is known."""
+    return Silent(asked.command, 0, b"", 0.0)
+
+
+def no_result(asked: PreparedProbe, attempts: int) -> ProbeResult:
+    """Return how a probe ended that proved nothing at all."""
+    return ProbeResult(silence(asked), attempts)

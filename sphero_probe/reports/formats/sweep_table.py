@@ -1,0 +1,145 @@
+"""The table of a run: its rows come in, a page comes out that leads with what was found."""
+
+from typing import Final, TextIO, TypeVar
+
+from sphero_probe.reports import sweep_sections as words
+from sphero_probe.reports.differences import differences
+from sphero_probe.reports.phrases import remarked, shown
+from sphero_probe.reports.registry import Style
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.sweep_sections import Data, FindingLine, Section
+from sphero_probe.reports.terminal import Shape, TerminalWriter
+
+_Part = TypeVar("_Part")
+_CROWD: Final = 32
+"""Findings of a section that may be told by their ids alone, above which they are."""
+_LINE: Final = 400
+"""Characters of a heading or a remark that are shown at most."""
+_MARK: Final = Shape("", whole=True, look="bold green")
+_NODE: Final = Shape("Node", whole=True)
+_SHAPES: Final = (
+    _MARK,
+    _NODE,
+    Shape("DID:CID", whole=True),
+    Shape("Name"),
+    Shape("Answer"),
+    Shape("ms", right=True, whole=True, look="dim"),
+)
+
+
+class SweepTable:
+    """Collects the rows of a run and writes the page at the end."""
+
+    def __init__(self, out: TextIO, style: Style, nothing: str) -> None:
+        self._writer = TerminalWriter(out, style)
+        self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
+        self._nothing = nothing
+        self._held: dict[str, list[Data]] = {"run": [], "finding": [], "note": [], "summary": []}
+
+    def add(self, row: Row) -> None:
+        """Keep a row of a run; rows of other types are left out."""
+        if row.type in self._held:
+            self._held[row.type].append(row.data)
+
+    def close(self) -> None:
+        """Write the page."""
+        heading = self._held["run"][0] if self._held["run"] else None
+        robot = words.robot_of(heading)
+        lines = [words.line_of(data, robot) for data in words.latest(self._held["finding"])]
+        lines.sort(key=lambda line: line.number)
+        places = sorted({line.node for line in lines})
+        apart = heading is None or len(places) > 1
+        notes = self._held["note"]
+        calibration = [shown(note.get("text")) for note in notes if note.get("kind") == "calibration"]
+        if heading:
+            who, *rest = words.heading_lines(heading, places, calibration)
+            self._writer.say(who, "bold", limit=_LINE)
+            for text in rest:
+                self._writer.say(text, limit=_LINE)
+        self._differences([note for note in notes if note.get("kind") == "comparison"])
+        self._sections(words.sections(lines, robot), apart=apart)
+        self._withheld(lines, apart=apart)
+        said = ("calibration", "comparison")
+        self._end(heading, lines, [note for note in notes if note.get("kind") not in said])
+        self._writer.flush()
+
+    def _sections(self, sections: list[Section], *, apart: bool) -> None:
+        """Write the sections; the grids of all of them share their columns and one row of titles."""
+        marked = any(line.mark for section in sections for line in section.lines)
+        wanted = [(shape is not _MARK or marked) and (shape is not _NODE or apart) for shape in _SHAPES]
+        shapes = _picked(_SHAPES, wanted)
+        grids = [
+            [] if _crowded(section) else [_picked(_cells(line, section), wanted) for line in section.lines]
+            for section in sections
+        ]
+        widths = self._writer.widths(shapes, [row for grid in grids for row in grid])
+        if any(grids):
+            self._writer.skip()
+            self._writer.grid(shapes, [], widths)
+        for at, (section, grid) in enumerate(zip(sections, grids, strict=True)):
+            if at or not any(grids):
+                self._writer.skip()
+            self._writer.say(section.title, "bold")
+            if grid:
+                self._writer.grid(shapes, grid, widths, heading=False)
+            else:
+                self._named(words.crowds(section.lines, apart=apart))
+
+    def _differences(self, notes: list[Data]) -> None:
+        """What the robot claims and what was found leads the report where it differs."""
+        for note in notes:
+            self._writer.skip()
+            self._writer.say("Beside what the robot says of itself, and what is known", "bold")
+            self._named(differences(note))
+
+    def _withheld(self, lines: list[FindingLine], *, apart: bool) -> None:
+        told = words.withheld(lines, self._times, apart=apart)
+        if told:
+            self._writer.skip()
+            self._writer.say("Withheld: these were not asked", "bold")
+            self._named(told)
+
+    def _named(self, told: list[tuple[str, list[str]]]) -> None:
+        for what, ids in told:
+            self._writer.say(f"{what}:", indent=2)
+            self._writer.items(ids, indent=6)
+
+    def _end(self, heading: Data | None, lines: list[FindingLine], notes: list[Data]) -> None:
+        absent = words.not_shown(lines, self._times)
+        closing = [
+            *words.doubts(lines),
+            *words.remarks(notes, self._times),
+            *([absent] if absent else []),
+        ]
+        summary = self._held["summary"][-1] if self._held["summary"] else None
+        if closing or summary or heading:
+            self._writer.skip()
+        for text in closing:
+            self._writer.say(text, limit=_LINE)
+        if summary:
+            self._writer.say(words.ending(summary, lines), "bold")
+            if not summary.get("complete"):
+                self._writer.say("Stopped before the end: what was left has not been asked.", "bold yellow")
+        elif heading:
+            self._writer.say("Cut off: the run has no end, so this is not all of it.", "bold yellow")
+        elif not lines and not closing:
+            self._writer.say(self._nothing)
+
+
+def _cells(line: FindingLine, section: Section) -> tuple[str, ...]:
+    return (
+        line.mark,
+        line.node,
+        line.pair,
+        words.short_name(line, section.title),
+        remarked(line.says, line.remark),
+        "" if line.rtt_ms is None else f"{line.rtt_ms:.1f}",
+    )
+
+
+def _crowded(section: Section) -> bool:
+    return section.crowd and len(section.lines) > _CROWD
+
+
+def _picked(parts: tuple[_Part, ...], wanted: list[bool]) -> tuple[_Part, ...]:
+    return tuple(part for part, want in zip(parts, wanted, strict=True) if want)

@@ -1,0 +1,57 @@
+"""The format ``table``: rows in, a page for people out when all have come."""
+
+from typing import TextIO
+
+from sphero_probe.reports.registry import Report, Style
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.terminal import Shape, TerminalWriter
+from sphero_probe.reports.views import FINDINGS, View
+
+
+class ListTable:
+    """Collects the view's rows and writes them at the end; a column in which nothing is known is left out."""
+
+    def __init__(self, out: TextIO, view: View, style: Style) -> None:
+        self._writer = TerminalWriter(out, style)
+        self._view = view
+        self._rows: list[tuple[str, ...]] = []
+
+    def add(self, row: Row) -> None:
+        """Keep a row of the view's type."""
+        if row.type == self._view.type:
+            self._rows.append(tuple(column.render(row.data) for column in self._view.table_columns))
+
+    def close(self) -> None:
+        """Write the page."""
+        if not self._rows:
+            self._writer.say(self._view.empty)
+        elif self._view.upright:
+            self._upright()
+        else:
+            self._grid()
+        self._writer.flush()
+
+    def _grid(self) -> None:
+        columns = self._view.table_columns
+        kept = [at for at in range(len(columns)) if any(row[at] for row in self._rows)]
+        shapes = [Shape(columns[at].title, columns[at].right, columns[at].whole) for at in kept]
+        rows = [tuple(row[at] for at in kept) for row in self._rows]
+        self._writer.grid(shapes, rows, self._writer.widths(shapes, rows))
+
+    def _upright(self) -> None:
+        titles = [column.title for column in self._view.table_columns]
+        shapes = (Shape("", whole=True, look="bold"), Shape(""))
+        pages = [[pair for pair in zip(titles, row, strict=True) if pair[1]] for row in self._rows]
+        widths = self._writer.widths(shapes, [pair for page in pages for pair in page])
+        for page in pages:
+            self._writer.skip()
+            self._writer.grid(shapes, page, widths, heading=False)
+
+
+def report(out: TextIO, *, view: View, style: Style) -> Report:
+    """Open a report in this format."""
+    if view.type == FINDINGS.type and not view.upright:
+        from sphero_probe.reports.formats.sweep_table import SweepTable  # noqa: PLC0415 - lists do without asyncio
+
+        return SweepTable(out, style, view.empty)
+    return ListTable(out, view, style)

@@ -1,0 +1,194 @@
+"""A page for people: raw lines and cells come in, laid out in a width they go out, in colour where wanted.
+
+Everything that reaches the page passes ``printable.visible`` here, and nothing in it is taken for markup.
+Long cells are folded, never cut: at blanks, else behind ``_ . , / : -``, else inside a word.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from io import StringIO
+from typing import Final, NamedTuple, TextIO
+
+from rich.box import Box
+from rich.cells import cell_len, chop_cells
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from sphero_probe.reports.printable import visible
+from sphero_probe.reports.registry import Style
+
+NARROWEST: Final = 60
+"""Columns below which a page is not squeezed any further."""
+GAP: Final = 2
+"""Columns between two columns of a grid."""
+_LEAST: Final = 8
+"""Columns that each foldable cell can have whatever the others would like."""
+_JOINT: Final = re.compile(r"(?<=[_.,/:-])")
+_RULE: Final = "    \n    \n -- \n    \n    \n    \n    \n    \n"
+
+
+class Shape(NamedTuple):
+    """One column of a grid.
+
+    Attributes:
+        title: its heading.
+        right: aligned to the right.
+        whole: its cells are never folded.
+        look: a style by the names of rich, empty for none.
+    """
+
+    title: str
+    right: bool = False
+    whole: bool = False
+    look: str = ""
+
+
+class TerminalWriter:
+    """Collects a page and writes it when asked to."""
+
+    def __init__(self, out: TextIO, style: Style) -> None:
+        self.width = max(style.width, NARROWEST)
+        self.unicode = style.unicode
+        self._out = out
+        self._page = StringIO()
+        self._console = Console(
+            file=self._page,
+            width=self.width,
+            height=25,
+            force_terminal=style.color,
+            color_system="standard" if style.color else None,
+            no_color=not style.color,
+            force_jupyter=False,
+            legacy_windows=False,
+            markup=False,
+            emoji=False,
+            highlight=False,
+            _environ={},
+        )
+        self._box = Box(_RULE.replace("-", "─") if style.unicode else _RULE, ascii=not style.unicode)
+
+    def say(self, text: str, look: str = "", *, indent: int = 0, limit: int | None = None) -> None:
+        """Write a paragraph; its first line hangs two columns out of the others.
+
+        Args:
+            text: raw.
+            look: a style by the names of rich.
+            indent: columns before the first line.
+            limit: characters that are shown at most, None for all.
+        """
+        shown = visible(text, limit=limit, unicode=self.unicode)
+        lines = fold(shown, self.width - indent - GAP)
+        for number, line in enumerate(lines):
+            self._print(line, indent + (GAP if number else 0), look)
+
+    def items(self, items: Iterable[str], *, indent: int) -> None:
+        """Write raw items with commas between, broken into lines between items where one fits in a line."""
+        room = self.width - indent
+        line = ""
+        for item in items:
+            shown = self._visible(item)
+            joined = f"{line}, {shown}" if line else shown
+            if line and cell_len(joined) + 1 > room:
+                self._print(line + ",", indent)
+                joined = shown
+            *full, line = fold(joined, room - 1)
+            for part in full:
+                self._print(part, indent)
+        if line:
+            self._print(line, indent)
+
+    def skip(self) -> None:
+        """Write an empty line, unless the page is empty so far."""
+        if self._page.tell():
+            self._console.print()
+
+    def widths(self, shapes: Sequence[Shape], rows: Iterable[Sequence[str]]) -> list[int]:
+        """Return the width of each column for these raw rows: what it needs, or a fair share of the room."""
+        needs = [cell_len(shape.title) for shape in shapes]
+        for row in rows:
+            for at, cell in enumerate(row):
+                needs[at] = max(needs[at], cell_len(self._visible(cell)))
+        room = self.width - GAP * (len(shapes) - 1)
+        whole = sorted((at for at, shape in enumerate(shapes) if shape.whole), key=lambda at: needs[at])
+        while whole and room - sum(needs[at] for at in whole) < _LEAST * (len(shapes) - len(whole)):
+            whole.pop()  # a cell that nobody expected to be so long
+        room -= sum(needs[at] for at in whole)
+        foldable = sorted(set(range(len(shapes))).difference(whole), key=lambda at: needs[at])
+        for rank, at in enumerate(foldable):
+            needs[at] = min(needs[at], room // (len(foldable) - rank))
+            room -= needs[at]
+        return needs
+
+    def grid(
+        self,
+        shapes: Sequence[Shape],
+        rows: Iterable[Sequence[str]],
+        widths: Sequence[int],
+        *,
+        heading: bool = True,
+    ) -> None:
+        """Write raw rows in columns of the given widths, under their titles where wanted."""
+        table = Table(
+            box=self._box if heading else None,
+            show_header=heading,
+            show_edge=False,
+            pad_edge=False,
+            padding=(0, GAP - 1, 0, 0) if heading else (0, GAP, 0, 0),
+            header_style="bold",
+        )
+        for shape, width in zip(shapes, widths, strict=True):
+            table.add_column(
+                Text("\n".join(fold(shape.title, width))),
+                justify="right" if shape.right else "left",
+                style=shape.look,
+                width=width,
+                no_wrap=True,
+            )
+        for row in rows:
+            cells = zip(row, widths, strict=True)
+            table.add_row(*(Text("\n".join(fold(self._visible(cell), width))) for cell, width in cells))
+        self._console.print(table)
+
+    def flush(self) -> None:
+        """Write the page to the stream.
+
+        Raises:
+            OSError: the stream cannot be written.
+        """
+        for line in self._page.getvalue().split("\n")[:-1]:
+            self._out.write(line.rstrip(" ") + "\n")
+
+    def _print(self, line: str, indent: int, look: str = "") -> None:
+        self._console.print(Text(" " * indent + line, style=look))
+
+    def _visible(self, cell: str) -> str:
+        return visible(cell, limit=None, unicode=self.unicode)
+
+
+def fold(text: str, width: int) -> list[str]:
+    """Return the text in lines of at most ``width`` columns."""
+    if cell_len(text) <= width:
+        return [text]
+    lines = [""]
+    for word in text.split(" "):
+        if cell_len(lines[-1]) + 1 + cell_len(word) <= width and lines != [""]:
+            lines[-1] += " " + word
+            continue
+        if lines != [""]:
+            lines.append("")
+        lines[-1:] = _fold_word(word, width)
+    return lines
+
+
+def _fold_word(word: str, width: int) -> list[str]:
+    """A word in lines: whole where it fits, else broken behind its joints, else anywhere."""
+    if cell_len(word) <= width:
+        return [word]
+    lines = [""]
+    for part in _JOINT.split(word):
+        if cell_len(lines[-1]) + cell_len(part) <= width:
+            lines[-1] += part
+        else:
+            lines += chop_cells(part, width)
+    return lines if lines[0] else lines[1:]

@@ -1,0 +1,1 @@
+"""What outlives a run: journals, the folder that keeps them, and resuming."""

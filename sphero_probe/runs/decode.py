@@ -1,0 +1,204 @@
+"""One line of a journal: the object that it holds goes in, checked values come out.
+
+A journal may come from a stranger. Every field is held to its type and range, nothing in a line is imported,
+looked up as a file or run.
+"""
+
+import hashlib
+from collections.abc import Collection
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue import ROBOTS, lookup
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
+from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.plan import Plan
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Command, Generation, Response, Role
+from sphero_probe.runs.fields import BadLineError, Fields
+
+SCHEMA_VERSION: Final = 1
+MAX_LINE: Final = 1 << 20
+"""Bytes of one line, its end included."""
+MAX_TEXT: Final = 1 << 16
+"""Characters of what people read."""
+MAX_WORD: Final = 512
+"""Characters of a name."""
+_NUMBERS: Final = 1 << 31
+
+
+class Opening(NamedTuple):
+    """What a run was asked to do: the first line of its journal.
+
+    Attributes:
+        command: of the command line: ``sweep``, ``discover``, ``send``, ``led``.
+        plan: the plan's name.
+        digest: of the plan, see ``digest_of``.
+        options: those that say what to ask, without dashes: ``{"did": "0x13"}``.
+        target: the node as it was typed, empty for the robot's usual one.
+        address: where the robot was reached.
+        generation: the protocol it speaks.
+        robot: the model's key, empty where it is not known.
+        device: the robot's name.
+        consent: the allowed risk classes, by name.
+    """
+
+    command: str
+    plan: str
+    digest: str
+    options: dict[str, str]
+    target: str
+    address: str
+    generation: Generation
+    robot: str
+    device: str
+    consent: tuple[str, ...]
+
+
+class Intent(NamedTuple):
+    """A probe that was about to be sent.
+
+    Attributes:
+        number: its place in the run, from 1.
+        command: with node and payload.
+        risk: the class of sending it.
+    """
+
+    number: int
+    command: Command
+    risk: Risk
+
+
+Entry = Opening | Intent | Record
+
+
+def digest_of(plan: Plan) -> str:
+    """Return what tells this plan from others: a hash of its file, or of its probes.
+
+    Raises:
+        BadInputFileError: the plan's file cannot be read any more.
+    """
+    if plan.file:
+        try:
+            return hashlib.sha256(plan.file.read_bytes()).hexdigest()
+        except OSError as error:
+            raise BadInputFileError(f"{plan.file}: {error.strerror}") from error
+    made = hashlib.sha256(plan.name.encode("utf-8", "surrogatepass"))
+    for stage in plan.stages:
+        made.update(b"\nstage")
+        if isinstance(stage, Collection):
+            for command, exact in stage:
+                made.update(f"\n{command.did} {command.cid} {command.target} {exact} ".encode())
+                made.update(command.payload.hex().encode())
+    return made.hexdigest()
+
+
+def decode(data: dict[str, object], opening: Opening | None) -> Entry:
+    """Return the entry that a line's object stands for.
+
+    Args:
+        data: what ``parse`` returned.
+        opening: the journal's first line; None while that is the one to decode.
+
+    Raises:
+        BadLineError: a field is missing, of a wrong type or out of range, or the line may not stand here.
+    """
+    fields = Fields(data)
+    kind = data.get("type")
+    if opening is None:
+        if kind != "journal":
+            raise BadLineError("does not begin as a journal does")
+        return _opening(fields)
+    match kind:
+        case "run":
+            return _heading(fields)
+        case "intent":
+            return Intent(fields.whole("number", 1, _NUMBERS), _command(fields), fields.risk("risk"))
+        case "finding":
+            return _finding(fields, opening)
+        case "note":
+            return Note(fields.text("kind", MAX_WORD), fields.text("text", MAX_TEXT), fields.details("data"))
+        case "summary":
+            return _summary(fields)
+        case _:
+            raise BadLineError("a type of line that is not known")
+
+
+def _opening(fields: Fields) -> Opening:
+    if fields.whole("schema_version", 0, _NUMBERS) != SCHEMA_VERSION:
+        raise BadLineError(f"a journal of another version; this tool reads {SCHEMA_VERSION}")
+    return Opening(
+        fields.text("command", MAX_WORD),
+        fields.text("plan", MAX_WORD),
+        fields.text("digest", MAX_WORD),
+        fields.texts("options"),
+        fields.text("target", MAX_WORD),
+        fields.text("address", MAX_TEXT),
+        fields.one_of("generation", {word.value: word for word in Generation}),
+        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.text("device", MAX_TEXT),
+        fields.risks("consent"),
+    )
+
+
+def _heading(fields: Fields) -> Heading:
+    fields.flag("resumed")
+    return Heading(
+        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.text("model", MAX_WORD),
+        fields.text("device", MAX_TEXT),
+        fields.texts("firmware"),
+        fields.text("plan", MAX_WORD),
+        fields.text("tool_version", MAX_WORD),
+        fields.risks("consent"),
+        fields.texts("strictness"),
+        fields.text("started", MAX_WORD),
+    )
+
+
+def _command(fields: Fields) -> Command:
+    return Command(
+        fields.byte("did"), fields.byte("cid"), fields.raw("payload"), fields.byte_or_none("target")
+    )
+
+
+def _finding(fields: Fields, opening: Opening) -> Finding:
+    command, risk = _command(fields), fields.risk("risk")
+    codec = CODECS[opening.generation]
+    exchange = _exchange(fields, command, risk, opening.generation)
+    return Finding(
+        fields.whole("number", 1, _NUMBERS),
+        command,
+        fields.one_of("outcome", {word.value: word for word in Outcome}),
+        fields.one_of("confidence", {word.value: word for word in Confidence}),
+        risk,
+        exchange,
+        lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
+        codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
+        fields.whole("attempts", 0, _NUMBERS),
+        fields.text("note", MAX_TEXT),
+    )
+
+
+def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:
+    kind = fields.one_of("exchange", {word: word for word in ("answered", "silent", "refused")})
+    if kind == "refused":
+        return Blocked(command, risk, fields.text("reason", MAX_TEXT))
+    seq, sent, seconds = fields.byte("seq"), fields.raw("sent"), fields.seconds("seconds")
+    if kind == "silent":
+        return Silent(command, seq, sent, seconds)
+    received = fields.raw("received")
+    packets = CODECS[generation].decoder(Role.HOST).feed(received)
+    if len(packets) != 1 or not isinstance(packets[0], Response):
+        raise BadLineError("received is no answer")
+    return Answered(command, seq, sent, packets[0], received, seconds)
+
+
+def _summary(fields: Fields) -> Summary:
+    return Summary(
+        {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()},
+        fields.seconds("seconds"),
+        fields.whole("probes_sent", 0, _NUMBERS),
+        fields.flag("complete"),
+    )

@@ -1,0 +1,119 @@
+"""What a run says of itself goes in, lines of a journal come out, as ``journal_lines.decode`` reads them.
+
+A sweep writes two lines for every probe: intents and findings are therefore filled into a text whose shape is
+known, and only what may need escaping goes through the encoder of JSON.
+"""
+
+import json
+import math
+from json.encoder import encode_basestring_ascii
+from typing import Final, assert_never
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
+from sphero_probe.probing.finding import Finding, Heading, Note, Summary
+from sphero_probe.protocol.packets import Command
+from sphero_probe.runs.decode import (
+    MAX_LINE,
+    MAX_TEXT,
+    MAX_WORD,
+    SCHEMA_VERSION,
+    Entry,
+    Intent,
+    Opening,
+)
+
+_RISKS: Final = tuple(risk.word for risk in sorted(Risk))
+_JSON: Final = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
+
+
+def encode(entry: Entry, *, resumed: bool = False) -> bytes:
+    """Return an entry as one line of ASCII, its end included.
+
+    Args:
+        entry: what to write.
+        resumed: for a heading: the run goes on where an earlier one ended.
+    """
+    match entry:
+        case Finding():
+            return encode_finding(entry)
+        case Intent(number=number, command=command, risk=risk):
+            return encode_intent(number, command, risk)
+        case Note():
+            return _note(entry)
+        case Opening():
+            held = entry._replace(plan=entry.plan[:MAX_WORD])
+            return _line({"type": "journal", "schema_version": SCHEMA_VERSION} | held._asdict())
+        case Heading():
+            told = entry._replace(plan=entry.plan[:MAX_WORD])
+            return _line({"type": "run", "resumed": resumed} | told._asdict())
+        case Summary():
+            ending: dict[str, object] = {"type": "summary"}
+            return _line(ending | entry._asdict())
+    assert_never(entry)
+
+
+def encode_intent(number: int, command: Command, risk: Risk) -> bytes:
+    """Return the line of a probe that is about to be sent; the arguments are the fields of ``Intent``."""
+    return (f'{{"type":"intent","number":{number},{_command(command)},"risk":"{_RISKS[risk]}"}}\n').encode(
+        "ascii"
+    )
+
+
+def encode_finding(finding: Finding) -> bytes:
+    """Return the line of a finding."""
+    number, command, outcome, confidence, risk, exchange, _, _, attempts, note = finding
+    return (
+        f'{{"type":"finding","number":{number},{_command(command)},"outcome":"{outcome}",'
+        f'"confidence":"{confidence}","risk":"{_RISKS[risk]}","attempts":{attempts},'
+        f'"note":{encode_basestring_ascii(note)},{_exchange(exchange)}}}\n'
+    ).encode("ascii")
+
+
+def _command(command: Command) -> str:
+    did, cid, payload, target = command
+    node = "null" if target is None else target
+    return f'"target":{node},"did":{did},"cid":{cid},"payload":"{payload.hex()}"'
+
+
+def _exchange(exchange: Exchange) -> str:
+    match exchange:
+        case Answered(_, seq, sent, _, received, rtt):
+            return (
+                f'"exchange":"answered","seq":{seq},"sent":"{sent.hex()}",'
+                f'"received":"{received.hex()}","seconds":{rtt}'
+            )
+        case Silent(_, seq, sent, waited):
+            return f'"exchange":"silent","seq":{seq},"sent":"{sent.hex()}","seconds":{waited}'
+        case Blocked(reason=reason):
+            return f'"exchange":"refused","reason":{encode_basestring_ascii(reason)}'
+    assert_never(exchange)
+
+
+def _note(note: Note) -> bytes:
+    """Return the line of a note; one that is too long loses its details."""
+    line = _line(_note_data(note.kind, note.text[:MAX_TEXT], note.data))
+    if len(line) > MAX_LINE:
+        return _line(_note_data(note.kind, note.text[:MAX_WORD], {}))
+    return line
+
+
+def _note_data(kind: str, text: str, data: dict[str, object]) -> dict[str, object]:
+    return {"type": "note", "kind": kind, "text": text, "data": _writable(data)}
+
+
+def _line(data: dict[str, object]) -> bytes:
+    return (_JSON(data) + "\n").encode("ascii")
+
+
+def _writable(value: object) -> object:
+    """Numbers that JSON cannot hold, as a decoded float may be one, become texts."""
+    match value:
+        case float():
+            return value if math.isfinite(value) else str(value)
+        case dict():
+            return {str(key): _writable(held) for key, held in value.items()}
+        case list() | tuple():
+            return [_writable(held) for held in value]
+        case _:
+            return value

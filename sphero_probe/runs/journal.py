@@ -1,0 +1,204 @@
+"""The journal of a run: what it intends and finds goes in, line by line, and can be read again after any end.
+
+The first line tells what was asked (``Opening``). Then, as they happen: a heading each time the run starts or
+goes on, an intent before every frame of a probe, findings, notes, a summary. Each line is one ``write`` to a
+file opened for append, so that whatever kills the process leaves whole lines and at most one torn one.
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import Final, Self
+
+from sphero_probe.errors import BadInputFileError, OutputError
+from sphero_probe.probing.finding import Finding, Heading, Record
+from sphero_probe.probing.prober import PreparedProbe
+from sphero_probe.runs.decode import Opening
+from sphero_probe.runs.encode import encode, encode_finding, encode_intent
+from sphero_probe.runs.reader import FLAGS, Recorded, read_descriptor, why
+from sphero_probe.session.identity import Identity, difference
+
+_APPEND: Final = os.O_APPEND | FLAGS
+_LOCK_AT: Final = 1 << 40
+"""Where Windows, which locks bytes and not files, is asked to: far behind all that is written."""
+
+
+class Journal:
+    """An open journal that takes in what a run intends and finds; only one run may write it at a time.
+
+    Attributes:
+        path: its file.
+        recorded: what was in it before, None for a new one.
+        resumable: something is written that a run can go on from.
+    """
+
+    def __init__(self, descriptor: int, path: Path, recorded: Recorded | None, *, ours: bool) -> None:
+        self.path = path
+        self.recorded = recorded
+        self.resumable = recorded is not None and recorded.opening is not None
+        self._settled = recorded.earlier().findings if recorded else {}
+        self._descriptor = descriptor
+        self._ours = ours
+        self._failed: OutputError | None = None
+
+    @classmethod
+    def create(cls, path: Path) -> Self:
+        """Open a new journal; nothing that is there already is overwritten.
+
+        Raises:
+            OutputError: it cannot be written, or holds something.
+            BadInputFileError: another run is writing it.
+        """
+        existed = os.path.lexists(path)
+        try:
+            descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | _APPEND, 0o600)
+        except (OSError, ValueError) as error:
+            raise OutputError(f"cannot write {path}: {why(error)}") from error
+        try:
+            _lock(descriptor, path)
+            _check_empty(descriptor, path)
+        except BaseException:
+            os.close(descriptor)
+            raise
+        return cls(descriptor, path, None, ours=not existed)
+
+    @classmethod
+    def reopen(cls, path: Path) -> Self:
+        """Open the journal of an interrupted run to go on with it; a torn last line is cut off.
+
+        Raises:
+            BadInputFileError: it is none, or another run is writing it.
+            OutputError: it cannot be written.
+        """
+        try:
+            descriptor = os.open(path, os.O_RDWR | _APPEND)
+        except (FileNotFoundError, IsADirectoryError, ValueError) as error:
+            raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {why(error)}") from error
+        try:
+            _lock(descriptor, path)
+            recorded = read_descriptor(descriptor, path)
+            journal = cls(descriptor, path, recorded, ours=False)
+            journal._mend(recorded)
+        except BaseException:
+            os.close(descriptor)
+            raise
+        return journal
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let other runs have it; an empty file that was made here is taken away again."""
+        empty = not os.fstat(self._descriptor).st_size
+        os.close(self._descriptor)
+        if self._ours and empty:
+            self.path.unlink(missing_ok=True)
+
+    def open(self, opening: Opening) -> None:
+        """Write what is asked, as the first line.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        self._write(encode(opening))
+        self.resumable = True
+
+    def intend(self, asked: PreparedProbe) -> None:
+        """Write that a probe is about to be sent.
+
+        Raises:
+            OutputError: it cannot be written; the probe must not be sent then.
+        """
+        self._write(encode_intent(asked.number, asked.command, asked.risk))
+
+    def record(self, record: Record) -> None:
+        """Write what came to light, unless it stands here already.
+
+        Raises:
+            OutputError: it cannot be written.
+            BadInputFileError: the heading tells that this is not the robot of the run so far.
+        """
+        if isinstance(record, Finding):
+            if self._settled.get(record.number) is not record:
+                self._write(encode_finding(record))
+            return
+        earlier = self.recorded.headings if self.recorded else ()
+        if isinstance(record, Heading):
+            for heading in earlier:
+                check_same_robot(heading, record, self.path)
+        self._write(encode(record, resumed=bool(earlier)))
+
+    def _write(self, line: bytes) -> None:
+        if self._failed:
+            raise self._failed
+        try:
+            written = os.write(self._descriptor, line)
+        except OSError as error:
+            self._failed = OutputError(f"cannot write {self.path}: {why(error)}", "is the disk full?")
+            raise self._failed from error
+        if written != len(line):  # what is half written is a torn last line: nothing may follow it
+            self._failed = OutputError(
+                f"cannot write {self.path}: no room for a whole line", "is the disk full?"
+            )
+            raise self._failed
+
+    def _mend(self, recorded: Recorded) -> None:
+        """Make the file end as a line does."""
+        if not recorded.torn:
+            return
+        try:
+            os.ftruncate(self._descriptor, recorded.whole)
+            if recorded.whole:
+                os.lseek(self._descriptor, recorded.whole - 1, os.SEEK_SET)
+                if os.read(self._descriptor, 1) != b"\n":
+                    os.write(self._descriptor, b"\n")
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path}: {why(error)}") from error
+
+
+def check_same_robot(earlier: Heading | Opening, now: Heading | Opening, path: Path) -> None:
+    """Compare model, name and, node by node as far as both were told, firmware.
+
+    Raises:
+        BadInputFileError: they differ.
+    """
+    if changed := difference(_identity_of(earlier), _identity_of(now)):
+        raise BadInputFileError(f"{path}: the journal of another robot or firmware: {changed}")
+
+
+def _identity_of(entry: Heading | Opening) -> Identity:
+    return Identity(entry.robot, entry.device, entry.firmware if isinstance(entry, Heading) else {})
+
+
+def _check_empty(descriptor: int, path: Path) -> None:
+    if os.fstat(descriptor).st_size:
+        raise OutputError(
+            f"cannot write {path}: it holds something already", "go on with --resume, or name a new file"
+        )
+
+
+def _lock(descriptor: int, path: Path) -> None:
+    """Make the file this run's own until it is closed.
+
+    Raises:
+        BadInputFileError: it is another's.
+    """
+    try:
+        if sys.platform == "win32":
+            import msvcrt  # noqa: PLC0415 - there is none elsewhere
+
+            os.lseek(descriptor, _LOCK_AT, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl  # noqa: PLC0415 - there is none on Windows
+
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError) as error:
+        raise BadInputFileError(f"{path}: another run is writing it") from error
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {why(error)}") from error

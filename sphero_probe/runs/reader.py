@@ -1,0 +1,182 @@
+"""A journal read again: a file that anybody may have written comes in, the records of a run come out."""
+
+import os
+import stat
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.link.exchange import Silent
+from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.recorder import PreviousResults
+from sphero_probe.runs.decode import MAX_LINE, Intent, Opening, decode
+from sphero_probe.runs.fields import BadLineError, parse
+
+MAX_FILE: Final = 1 << 29
+"""Bytes of a journal."""
+FLAGS: Final = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+"""How a file of any kind is opened without ever waiting for it."""
+
+
+class Recorded(NamedTuple):
+    """What a journal holds.
+
+    Attributes:
+        path: its file.
+        opening: what was asked; None while nothing is written.
+        headings: one for each time the run started or went on.
+        findings: number -> the last word on that probe, in the order in which the probes were settled.
+        intents: number -> the last intent to send that probe.
+        told: findings and notes in order, the overtaken ones too.
+        summary: how it ended the last time, None if it was cut off.
+        whole: bytes up to the end of the last sound line.
+        torn: the file does not end as a line does.
+    """
+
+    path: Path
+    opening: Opening | None
+    headings: Sequence[Heading]
+    findings: Mapping[int, Finding]
+    intents: Mapping[int, Intent]
+    told: Sequence[Finding | Note]
+    summary: Summary | None
+    whole: int
+    torn: bool
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything was asked."""
+        return self.summary is not None and self.summary.complete
+
+    @property
+    def counts(self) -> dict[Outcome, int]:
+        """Outcome -> number of findings."""
+        words = [finding.outcome for finding in self.findings.values()]
+        return {word: words.count(word) for word in Outcome if word in words}
+
+    def earlier(self) -> PreviousResults:
+        """Return what need not be asked again, and what must not be."""
+        settled = {number: found for number, found in self.findings.items() if not _is_open(found)}
+        doubtful = {number: sent.risk for number, sent in self.intents.items() if number not in settled}
+        return PreviousResults(settled, doubtful)
+
+    def records(self) -> list[Record]:
+        """Return the records of the run as it would have told them in one go, its findings by number."""
+        last_profile = {
+            note.data.get("target"): note
+            for note in self.told
+            if isinstance(note, Note) and note.kind == "calibration" and _is_key(note.data.get("target"))
+        }
+        records: list[Record] = list(self.headings[-1:])
+        by_number = iter(sorted(self.findings.values(), key=lambda finding: finding.number))
+        for record in self.told:
+            if isinstance(record, Finding):
+                valid = self.findings[record.number] is record
+            else:
+                target = record.data.get("target")
+                valid = record.kind != "calibration" or not _is_key(target) or last_profile[target] is record
+            if valid:
+                records.append(next(by_number) if isinstance(record, Finding) else record)
+        if self.summary:
+            records.append(self.summary._replace(counts=self.counts))
+        return records
+
+
+def _is_key(value: object) -> bool:
+    return value is None or isinstance(value, int)
+
+
+def _is_open(finding: Finding) -> bool:
+    """Whether the probe was interrupted, and may be asked again without running anything twice."""
+    unsettled = isinstance(finding.exchange, Silent) and finding.outcome is Outcome.INCONCLUSIVE
+    return unsettled and finding.risk <= Risk.PROBE
+
+
+def read_journal(path: Path) -> Recorded:
+    """Return what a journal holds; a torn last line is passed over.
+
+    Raises:
+        BadInputFileError: it cannot be read, or no run of this tool can have written it; one line says where.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDONLY | FLAGS)
+    except (OSError, ValueError) as error:
+        raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
+    try:
+        return read_descriptor(descriptor, path)
+    finally:
+        os.close(descriptor)
+
+
+def read_descriptor(descriptor: int, path: Path) -> Recorded:
+    """Return what an open journal holds, from its start.
+
+    Args:
+        descriptor: open for reading; it stays open.
+        path: its name, for messages.
+
+    Raises:
+        BadInputFileError: see ``read_journal``.
+    """
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
+        raise BadInputFileError(f"{path}: not a file that a journal could be")
+    if status.st_size > MAX_FILE:
+        raise BadInputFileError(f"{path}: larger than {MAX_FILE} bytes: not a journal")
+    opening: Opening | None = None
+    headings: list[Heading] = []
+    findings: dict[int, Finding] = {}
+    intents: dict[int, Intent] = {}
+    told: list[Finding | Note] = []
+    summary: Summary | None = None
+    whole, torn = 0, False
+    with os.fdopen(os.dup(descriptor), "rb") as file:
+        file.seek(0)
+        number = 0
+        while line := file.readline(MAX_LINE + 1):
+            number += 1
+            if len(line) > MAX_LINE:
+                raise BadInputFileError(f"{path}:{number}: a line of more than {MAX_LINE} bytes")
+            try:
+                data = parse(line)
+            except BadLineError as error:
+                if file.read(1) or (opening is None and not _may_become_opening(line)):
+                    raise BadInputFileError(f"{path}:{number}: {error}") from error
+                torn = True
+                break
+            try:
+                entry = decode(data, opening)
+            except BadLineError as error:
+                raise BadInputFileError(f"{path}:{number}: {error}") from error
+            whole += len(line)
+            torn = not line.endswith(b"\n")
+            match entry:
+                case Opening():
+                    opening = entry
+                case Heading():
+                    headings.append(entry)
+                    summary = None
+                case Intent():
+                    intents[entry.number] = entry
+                case Finding():
+                    findings.pop(entry.number, None)
+                    findings[entry.number] = entry
+                    told.append(entry)
+                case Note():
+                    told.append(entry)
+                case Summary():
+                    summary = entry
+    return Recorded(path, opening, headings, findings, intents, told, summary, whole, torn)
+
+
+def _may_become_opening(line: bytes) -> bool:
+    """Whether a torn first line is the beginning of a journal."""
+    begin = b'{"type":"journal",'
+    return line.startswith(begin) or begin.startswith(line)
+
+
+def why(error: OSError | ValueError) -> str:
+    """Return the system's words for what went wrong with a file."""
+    return (error.strerror if isinstance(error, OSError) else "") or str(error)

@@ -1,0 +1,208 @@
+"""The journal of one command: a new one, or that of an interrupted run, which is compared and continued.
+
+Before anything is sent, the interrupted run is compared with the new one. Only what to ask is taken from a
+journal; the robot, the consent and a plan's code must be given again.
+"""
+
+import shlex
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Self
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import (
+    BadInputFileError,
+    OutputError,
+    RefusedByPolicyError,
+    UsageError,
+)
+from sphero_probe.link.policy import Consent
+from sphero_probe.probing.finding import Record
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.prober import PreparedProbe
+from sphero_probe.probing.recorder import PreviousResults
+from sphero_probe.runs.decode import Opening, digest_of
+from sphero_probe.runs.journal import Journal, check_same_robot
+from sphero_probe.runs.store import create_journal, find_journal
+from sphero_probe.transports.base import Connection
+
+
+class RunJournal:
+    """Keeps the journal of one command; a context manager, so that the next run may have it.
+
+    Attributes:
+        command: whose run it is: ``sweep``, ``send``, …
+        journal: the open one; None where none is kept, or before the robot is known.
+        options: those that say what is asked, for the journal's first line; filled in by the command.
+    """
+
+    def __init__(
+        self,
+        command: str,
+        *,
+        file: str | None = None,
+        off: bool = False,
+        resume: str | None = None,
+        on_warning: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """Take which journal to keep.
+
+        Args:
+            command: whose run it is.
+            file: a new journal's path; None for a new file in the folder of runs.
+            off: keep none.
+            resume: the journal to continue, None for a new run.
+            on_warning: told when no journal can be kept in the folder of runs.
+        """
+        self.command = command
+        self.journal: Journal | None = None
+        self.options: dict[str, str] = {}
+        self._file, self._off, self._resume = file, off, resume
+        self._on_warning = on_warning
+
+    def __enter__(self) -> Self:
+        """Open the journal that the options name.
+
+        Raises:
+            UsageError: the options contradict each other.
+            BadInputFileError: the journal to go on with is none, of another command, or in use.
+            OutputError: it cannot be written.
+        """
+        file, off, resume = self._file, self._off, self._resume
+        if sum((file is not None, off, resume is not None)) > 1:
+            raise UsageError("--journal, --no-journal and --resume exclude each other")
+        if file is not None:
+            self.journal = Journal.create(Path(file))
+        elif resume is not None:
+            self.journal = Journal.reopen(find_journal(resume))
+            if self.opening and self.opening.command != self.command:
+                self.__exit__()
+                raise BadInputFileError(
+                    f"{resume}: the journal of {self.opening.command}, not of {self.command}"
+                )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.journal:
+            self.journal.close()
+
+    @property
+    def opening(self) -> Opening | None:
+        """What the interrupted run was asked to do, None where there is none."""
+        recorded = self.journal.recorded if self.journal else None
+        return recorded.opening if recorded else None
+
+    @property
+    def place(self) -> str:
+        """The journal's file as text, empty where none is open."""
+        return str(self.journal.path) if self.journal else ""
+
+    @property
+    def earlier(self) -> PreviousResults:
+        """What the interrupted run left behind."""
+        recorded = self.journal.recorded if self.journal else None
+        return recorded.earlier() if recorded else PreviousResults()
+
+    def check(self, plan: Plan, consent: Consent, target: str | None) -> str | None:
+        """Compare what is asked now with what the interrupted run was asked; return the node to ask.
+
+        Raises:
+            BadInputFileError: it was another plan or another node.
+            RefusedByPolicyError: what was allowed then is not what is allowed now.
+        """
+        opening, journal = self.opening, self.journal
+        if opening is None or journal is None:
+            return target
+        if opening.digest != digest_of(plan):
+            raise BadInputFileError(f"{journal.path}: the journal of another plan than this {plan.name}")
+        if target is not None and target != opening.target:
+            said = opening.target or "the robot's usual node"
+            raise BadInputFileError(f"{journal.path}: the journal of another node: {said}")
+        if set(opening.consent) != set(consent.words):
+            raise RefusedByPolicyError(
+                f"{journal.path}: this run was allowed {', '.join(opening.consent)}; now it is "
+                f"{', '.join(consent.words)}",
+                f"resume it with {' '.join(_allowing(opening.consent)) or 'no --allow'}",
+            )
+        return opening.target or None
+
+    def begin(self, connection: Connection, plan: Plan, consent: Consent, target: str | None) -> None:
+        """Write what is asked of which robot, or compare it with the interrupted run's.
+
+        Raises:
+            BadInputFileError: that was another robot.
+            OutputError: the journal that was asked for cannot be written.
+        """
+        opening = Opening(
+            self.command,
+            plan.name,
+            digest_of(plan),
+            self.options,
+            target or "",
+            connection.address,
+            connection.generation,
+            connection.robot.key if connection.robot else "",
+            connection.name,
+            consent.words,
+        )
+        if self.opening and self.journal:
+            check_same_robot(self.opening, opening, self.journal.path)
+        elif self.journal:
+            self.journal.open(opening)
+        elif not self._off:
+            self._begin_in_folder(opening)
+
+    def _begin_in_folder(self, opening: Opening) -> None:
+        try:
+            self.journal = create_journal(opening.device, opening.plan, now=datetime.now(UTC))
+            self.journal.open(opening)
+        except OutputError as error:
+            if self.journal:
+                self.journal.close()
+                self.journal = None
+            self._on_warning(f"no journal is kept: {error}")
+
+    def intend(self, asked: PreparedProbe) -> None:
+        """Take in that a probe is about to be sent.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        if self.journal:
+            self.journal.intend(asked)
+
+    def record(self, record: Record) -> None:
+        """Take in what came to light.
+
+        Raises:
+            OutputError: it cannot be written.
+            BadInputFileError: the robot turns out to be another than before.
+        """
+        if self.journal:
+            self.journal.record(record)
+
+    def resume_command(self, device: str, consent: Consent) -> str:
+        """Return the command line that resumes this run, empty where nothing can be resumed.
+
+        Args:
+            device: the robot's address as it was given, empty for none.
+            consent: what was allowed.
+        """
+        if self.journal is None or not self.journal.resumable:
+            return ""
+        words = ["sphero-probe", self.command, "--resume", str(self.journal.path)]
+        if file := self.options.get("plan_file"):
+            words += ["--plan", file]
+        if device:
+            words += ["--device", device]
+        words += _allowing(consent.words)
+        if consent.confirmed:
+            words += ["--confirm", consent.confirmed]
+        return shlex.join(words)
+
+
+def _allowing(words: tuple[str, ...]) -> list[str]:
+    """The options that allow these classes; the mild ones need none."""
+    default = {Risk.READ.word, Risk.PROBE.word}
+    return [part for word in words if word not in default for part in ("--allow", word)]

@@ -1,0 +1,1 @@
+"""From a device address to an open link with a known robot."""

@@ -1,0 +1,55 @@
+"""What a device address tells before anything is opened: model, protocol, and how nodes are addressed."""
+
+from sphero_probe.catalogue import robot_by_prefix
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.protocol.packets import Generation
+from sphero_probe.simulator import parse_settings
+from sphero_probe.transports.registry import DeviceAddress, parse_address
+from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
+
+
+def address_of(device: str) -> DeviceAddress:
+    """Return the address to open; an empty one means the only robot nearby.
+
+    Raises:
+        UsageError: the address makes no sense.
+    """
+    return parse_address(device) if device else DeviceAddress("ble", "")
+
+
+def model_behind(address: DeviceAddress) -> Robot | None:
+    """Return the robot that an address tells of without touching it, None where it does not.
+
+    Raises:
+        UsageError: a ``fake:`` address that makes no sense.
+    """
+    if address.scheme == "fake":
+        return parse_settings(address.rest).model
+    if address.scheme in USUAL:
+        return parse_port(address.rest, USUAL[address.scheme]).robot
+    return robot_by_prefix(address.rest)
+
+
+def port_behind(address: DeviceAddress) -> int:
+    """Return the port nibble of target addresses on the kind of line that an address names."""
+    return PORT if address.scheme in USUAL else 1
+
+
+def generation_behind(address: DeviceAddress) -> Generation:
+    """Return the protocol that an address tells of; V2 where it does not, as most robots speak it.
+
+    Raises:
+        UsageError: a ``fake:`` address that makes no sense.
+    """
+    robot = model_behind(address)
+    return robot.generation if robot else Generation.V2
+
+
+def usual_target(robot: Robot | None, port: int) -> int | None:
+    """Return the address byte of a robot's usual node; None where the robot takes no addresses.
+
+    Args:
+        robot: the model, None where it is not known.
+        port: the port nibble on this kind of line.
+    """
+    return port << 4 | 1 if robot is None or robot.addressed else None

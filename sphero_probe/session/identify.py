@@ -1,0 +1,68 @@
+"""Wake a robot and read who it is, through the documented commands that every model has."""
+
+from sphero_probe.catalogue.well_known import VERSION_FIELDS, WellKnown, row_for
+from sphero_probe.link.concurrent import ask_together
+from sphero_probe.link.exchange import Answered, Exchange, Silent
+from sphero_probe.link.link import Link
+from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.protocol.packets import Command
+
+
+async def ask_well_known(
+    link: Link, what: WellKnown, target: int | None, attempts: int = MAX_ATTEMPTS
+) -> Exchange | None:
+    """Ask a well-known documented read; None where the generation has none.
+
+    Args:
+        link: to the robot.
+        what: the command's role.
+        target: the address byte of the node.
+        attempts: how often it is asked while it stays silent.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    row = row_for(link.codec.generation, what)
+    if row is None:
+        return None
+    command = Command(row.did, row.cid, b"", target)
+    exchange = await link.ask(command, expected=True)
+    for _ in range(attempts - 1):
+        if not isinstance(exchange, Silent):
+            break
+        exchange = await link.ask(command, alone=True)
+    return exchange
+
+
+async def wake(link: Link, target: int | None) -> None:
+    """Wake a node.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    await ask_well_known(link, WellKnown.WAKE, target)
+
+
+async def read_firmware(link: Link, target: int | None) -> dict[str, str]:
+    """Return node name -> firmware version; a robot that never answered anything is asked once.
+
+    Args:
+        link: to the robot.
+        target: the address byte of its usual node.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    robot = link.policy.robot
+    nodes = robot.nodes if robot and target is not None else {0: "robot"}
+    versions: dict[str, str] = {}
+    row = row_for(link.codec.generation, WellKnown.VERSION)
+    targets = [None if target is None else target & 0xF0 | node for node in nodes]
+    attempts = MAX_ATTEMPTS if link.answers else 1
+    exchanges = await ask_together(ask_well_known(link, WellKnown.VERSION, at, attempts) for at in targets)
+    for name, exchange in zip(nodes.values(), exchanges, strict=True):
+        if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
+            fields = row.response.decode(exchange.response.payload).fields
+            parts = (fields.get(part) for part in VERSION_FIELDS[row.generation])
+            versions[name] = ".".join(str(part) for part in parts if part is not None)
+    return versions

@@ -1,0 +1,115 @@
+"""What V2 commands do beyond what their rows tell: calls go in, replies come out."""
+
+from struct import Struct
+from typing import Final
+
+from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, stream_layout
+from sphero_probe.protocol.packets import Verdict
+from sphero_probe.protocol.v2 import V2
+from sphero_probe.simulator.calls import Behaviours, Call, Follow, Idleness, News, Reply, answer
+from sphero_probe.simulator.streaming import Stream, StreamRequest
+
+_WAKE: Final = (0x13, 0x0D)
+_AWAKE: Final = (0x13, 0x11)
+_WILL_SLEEP: Final = (0x13, 0x19)
+_DID_SLEEP: Final = (0x13, 0x1A)
+_SET_EXTENDED_MASK: Final = (0x18, 0x0C)
+_STREAM: Final = Struct(">HBI")
+"""Interval in ms, number of samples (0: endless), mask."""
+
+
+def _echo(call: Call) -> Reply:
+    return Reply(payload=call.payload)
+
+
+def _tell_devices(call: Call) -> Reply:
+    return Reply(payload=call.state.firmware.claimed_devices(call.command.node))
+
+
+def _tell_commands(call: Call) -> Reply:
+    return Reply(payload=call.state.firmware.claimed_commands(call.command.node, call.payload[0]))
+
+
+def _make_error(call: Call) -> Reply:
+    return Reply(code=call.payload[0])
+
+
+def _sleep(call: Call) -> Reply:
+    call.state.fall_asleep()
+    return Reply()
+
+
+def _deep_sleep(call: Call) -> Reply:
+    call.state.off = True
+    return _sleep(call)
+
+
+def _wake(call: Call) -> Reply:
+    news = (News(call.command.node, _AWAKE),) if call.state.asleep else ()
+    call.state.asleep = False
+    return Reply(news=news)
+
+
+def _stream(call: Call) -> Reply:
+    state, node = call.state, call.command.node
+    extended = int.from_bytes(state.memory.get((node, *_SET_EXTENDED_MASK), b""), "big")
+    interval, count, mask = _STREAM.unpack(call.payload.ljust(_STREAM.size, b"\0"))
+    layout = stream_layout(V2.generation, Masks(mask, extended))
+    queued = StreamRequest(node, STREAM_IDS[V2.generation], interval / 1000, count, layout)
+    state.stream = Stream(queued, seed=state.seed, now=call.now)
+    return Reply()
+
+
+def _save_frame(call: Call) -> Reply:
+    call.state.frames.add(int.from_bytes(call.payload[:2], "big"))
+    return answer(call)
+
+
+def _list_frames(call: Call) -> Reply:
+    return Reply(payload=b"".join(frame.to_bytes(2, "big") for frame in sorted(call.state.frames)))
+
+
+def _delete_frames(call: Call) -> Reply:
+    call.state.frames.clear()
+    return Reply()
+
+
+BEHAVIOURS_V2: Final = Behaviours(
+    special={
+        (0x10, 0x00): _echo,
+        (0x10, 0x05): _tell_devices,
+        (0x10, 0x06): _tell_commands,
+        (0x10, 0x09): _make_error,
+        (0x13, 0x00): _deep_sleep,
+        (0x13, 0x01): _sleep,
+        _WAKE: _wake,
+        (0x18, 0x00): _stream,
+        (0x1A, 0x30): _save_frame,
+        (0x1A, 0x34): _list_frames,
+        (0x1A, 0x35): _delete_frames,
+        (0x1A, 0x4D): _save_frame,
+    },
+    follows={
+        (0x11, 0x17): Follow((0x11, 0x18)),
+        (0x11, 0x24): Follow((0x11, 0x25)),
+        (0x11, 0x3F): Follow((0x11, 0x3E)),
+        (0x13, 0x01): Follow(_DID_SLEEP),
+        (0x17, 0x05): Follow((0x17, 0x11)),
+        (0x17, 0x0D): Follow((0x17, 0x26), enabled_by=(0x17, 0x2A)),
+        (0x18, 0x25): Follow((0x18, 0x26)),
+        (0x18, 0x37): Follow((0x18, 0x36)),
+        (0x1D, 0x16): Follow((0x1D, 0x17)),
+        (0x1D, 0x18): Follow((0x1D, 0x19)),
+    },
+    refused={
+        (0x1F, 0x14): Reply(Verdict.RESTRICTED),  # what only a factory may do
+        (0x1F, 0x31): Reply(Verdict.RESTRICTED),
+        (0x12, 0x29): Reply(Verdict.NOT_IMPLEMENTED),  # stubs
+        (0x18, 0x2A): Reply(Verdict.NOT_IMPLEMENTED),
+    },
+    wake=_WAKE,
+    name_setter=(0x19, 0x03),
+    idleness=Idleness(None, 10.0, warning=_WILL_SLEEP, asleep=_DID_SLEEP),
+    awake=_AWAKE,
+)
+"""What the rows cannot say about V2."""

@@ -1,0 +1,58 @@
+"""One direction of a line: bytes go in as they are ready, packets come out as they arrive."""
+
+import math
+from collections import deque
+
+
+class Channel:
+    """Packets under way to one end, in order; all times in seconds of the caller's clock.
+
+    With connection events, as Bluetooth LE has them, a packet leaves in the first event *after* it was ready
+    that has room: what arrives in an event is answered in the next one at the earliest.
+    """
+
+    def __init__(self, size: int | None, interval: float | None, per_event: int) -> None:
+        """Take the bytes of a packet (None: whatever is sent), seconds between events (None: no events)."""
+        self._size = size
+        self._interval = interval
+        self._per_event = per_event
+        self.begin(now=0.0)
+
+    def begin(self, *, now: float) -> None:
+        """Forget all that is under way; events are counted from ``now``."""
+        self._under_way: deque[tuple[float, bytes]] = deque()
+        self._anchor = now
+        self._event = 0
+        self._in_event = 0
+
+    def put(self, data: bytes, *, ready: float) -> None:
+        """Cut bytes into packets that leave once they are ready."""
+        size = self._size or max(1, len(data))
+        for at in range(0, len(data), size):
+            self._under_way.append((self._arrival(ready), data[at : at + size]))
+
+    @property
+    def due(self) -> float | None:
+        """When the next packet arrives, None while nothing is under way."""
+        return self._under_way[0][0] if self._under_way else None
+
+    def take(self) -> bytes:
+        """Return the next packet; there must be one."""
+        return self._under_way.popleft()[1]
+
+    def cut_off(self, *, now: float) -> None:
+        """Lose what has not arrived by ``now``."""
+        self._under_way = deque(packet for packet in self._under_way if packet[0] <= now)
+
+    def _arrival(self, ready: float) -> float:
+        if self._interval is None:
+            return max(ready, self._under_way[-1][0]) if self._under_way else ready
+        event = max(self._event, math.floor((ready - self._anchor) / self._interval) + 1)
+        while self._time(event) <= ready or (event == self._event and self._in_event == self._per_event):
+            event += 1
+        self._in_event = 1 if event != self._event else self._in_event + 1
+        self._event = event
+        return self._time(event)
+
+    def _time(self, event: int) -> float:
+        return self._anchor + event * (self._interval or 0.0)

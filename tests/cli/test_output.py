@@ -1,0 +1,188 @@
+"""Where reports go: files and standard output, at once where a command is live, and what hinders that."""
+
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from sphero_probe.cli.output import FORMATS, Output, say
+from sphero_probe.cli.progress_bar import progress_bar
+from sphero_probe.cli.run import progress
+from sphero_probe.errors import OutputError
+from sphero_probe.probing.facts import Fact
+from sphero_probe.reports.rows import fact_row
+from sphero_probe.reports.streams import takes_unicode
+from sphero_probe.reports.views import FACTS
+
+STREAMING = ("sphero.set_data_streaming 0028000100006000 00", "--allow", "write", "--device", "fake:bb8")
+AT_ONCE = [name for name in FORMATS if name != "table"]
+"""The formats that write row by row; a table is as wide as its widest row."""
+
+
+def value_of(number: int) -> str:
+    return f"value-{number}"
+
+
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_a_live_report_can_be_read_while_it_grows(tmp_path, name):
+    file = tmp_path / "facts"
+    with Output(name, str(file), "auto").report(FACTS, live=True) as report:
+        for number in range(3):
+            report.add(fact_row(Fact("fact", value_of(number))))
+            assert value_of(number) in file.read_text("utf-8")
+            assert value_of(number + 1) not in file.read_text("utf-8")
+    assert value_of(2) in file.read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_so_it_is_on_standard_output(monkeypatch, name):
+    raw = io.BytesIO()
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, "utf-8", write_through=False))
+    with Output(name, None, "auto").report(FACTS, live=True) as report:
+        report.add(fact_row(Fact("fact", value_of(1))))
+        assert value_of(1).encode() in raw.getvalue()
+
+
+def test_a_report_of_many_rows_is_not_flushed_row_by_row(tmp_path):
+    file = tmp_path / "facts"
+    with Output("jsonl", str(file), "auto").report(FACTS) as report:
+        report.add(fact_row(Fact("fact", value_of(1))))
+        assert file.read_text("utf-8") == ""
+    assert value_of(1) in file.read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_live_or_not_the_report_is_the_same(tmp_path, name):
+    written = []
+    for live in (False, True):
+        file = tmp_path / str(live)
+        with Output(name, str(file), "auto").report(FACTS, live=live) as report:
+            for number in range(2):
+                report.add(fact_row(Fact("fact", value_of(number))))
+        written.append(file.read_bytes())
+    assert written[0] == written[1]
+
+
+def test_listen_writes_each_packet_as_it_comes(cli, monkeypatch):
+    raw = io.BytesIO()
+    seen: list[int] = []
+
+    class Watched(io.TextIOWrapper):
+        def flush(self) -> None:
+            super().flush()
+            seen.append(raw.getvalue().count(b"\n"))
+
+    monkeypatch.setattr("sys.stdout", Watched(raw, "utf-8"))
+    ran = cli("listen", "--count", "3", "--format", "jsonl", "--send", *STREAMING)
+    assert ran.code == 0, ran.err
+    assert {1, 2, 3} <= set(seen)
+    assert [json.loads(line)["kind"] for line in raw.getvalue().splitlines()] == ["notification"] * 3
+
+
+FULL = Path("/dev/full")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="no disk that is always full")
+def test_listen_to_a_full_disk_is_no_lost_link(cli):
+    ran = cli("listen", "--seconds", "20", "--format", "jsonl", "-o", str(FULL), "--send", *STREAMING)
+    assert ran.code == OutputError.exit_code
+    assert "cannot write /dev/full" in ran.err
+
+
+def test_listen_to_a_reader_that_is_gone_ends_quietly(cli, monkeypatch):
+    class Gone(io.StringIO):
+        def flush(self) -> None:
+            if self.getvalue():
+                raise BrokenPipeError
+
+    monkeypatch.setattr("sys.stdout", Gone())
+    ran = cli("listen", "--seconds", "20", "--format", "jsonl", "--send", *STREAMING)
+    assert (ran.code, ran.err) == (OutputError.exit_code, "")
+
+
+class Terminal(io.StringIO):
+    """What a terminal was sent."""
+
+    encoding = "utf-8"  # type: ignore[assignment]
+
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Put a terminal of 80 columns behind both standard streams."""
+    for name in ("LC_ALL", "LC_CTYPE", "LANG", "NO_COLOR", "FORCE_COLOR", "PYTHONUTF8", "PYTHONIOENCODING"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "80")
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    monkeypatch.setattr("sys.stderr", terminal)
+    return terminal
+
+
+@pytest.mark.parametrize(
+    ("environment", "all_of_it"),
+    [
+        pytest.param({}, True, id="nothing-said"),
+        pytest.param({"LANG": "de_DE.UTF-8"}, True, id="utf-8"),
+        pytest.param({"LC_ALL": "C"}, False, id="c"),
+        pytest.param({"LC_ALL": "POSIX", "LANG": "de_DE.UTF-8"}, False, id="posix-overrides"),
+        pytest.param({"LANG": "C"}, False, id="c-by-default"),
+        pytest.param({"LANG": "C", "LC_CTYPE": "C.UTF-8"}, True, id="c-but-for-characters"),
+        pytest.param({"LC_ALL": "C", "PYTHONUTF8": "1"}, True, id="the-interpreter-is-told-otherwise"),
+    ],
+)
+def test_what_may_be_written_is_a_matter_of_the_locale(monkeypatch, tmp_path, environment, all_of_it):
+    terminal = on_terminal(monkeypatch)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert takes_unicode(sys.stdout) is all_of_it
+    say("漢\x1b[2J")
+    assert terminal.getvalue() == ("漢\\x1b[2J\n" if all_of_it else "\\u6f22\\x1b[2J\n")
+    with (tmp_path / "file").open("w", encoding="utf-8") as file:
+        assert takes_unicode(file)
+
+
+def test_a_standard_error_that_is_gone_is_borne(monkeypatch):
+    class Gone(io.StringIO):
+        def write(self, _: str) -> int:
+            raise BrokenPipeError
+
+    monkeypatch.setattr("sys.stderr", Gone())
+    say("nobody hears this")
+    monkeypatch.setattr("sys.stderr", None)
+    say("nor this")
+
+
+@pytest.mark.parametrize("color", [True, False], ids=["colour", "plain"])
+@pytest.mark.parametrize("unicode", [True, False], ids=["unicode", "ascii"])
+def test_a_progress_bar_shows_what_the_terminal_can(monkeypatch, color, unicode):
+    terminal = on_terminal(monkeypatch)
+    with progress_bar("sweep", color=color, unicode=unicode) as advance:
+        advance(3, 12)
+    sent = terminal.getvalue()
+    assert "calibrating" in sent
+    assert sent.isascii() is not unicode
+    assert bool(re.search(r"\x1b\[[0-9;]*m", sent)) is color
+
+
+def test_what_is_said_meanwhile_stands_above_the_bar_and_the_bar_goes(monkeypatch):
+    terminal = on_terminal(monkeypatch)
+    with progress_bar("sweep", color=False, unicode=True) as advance:
+        advance(3, 12)
+        terminal.truncate(0)
+        say("stopping")
+        assert re.match(r"\0*\r\x1b\[2Kstopping *\nsweep", terminal.getvalue())
+    assert terminal.getvalue().endswith("\x1b[2K")
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_rows_that_run_over_a_terminal_are_not_mixed_with_a_bar(monkeypatch, name):
+    terminal = on_terminal(monkeypatch)
+    with progress("sweep", Output(name, None, "never")) as advance:
+        advance(3, 12)
+    assert bool(terminal.getvalue()) is (name == "table")

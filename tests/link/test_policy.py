@@ -1,0 +1,487 @@
+"""The gate: what goes out to which robot by whose leave, for every command of the catalogue and any other."""
+
+import itertools
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from sphero_probe.catalogue import (
+    BRICK_DEVICES,
+    NO_EMPTY_PROBE_DEVICES,
+    PERSIST_DEVICES,
+    ROBOTS,
+    all_rows,
+    commands_of,
+    rows_of,
+)
+from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.policy import (
+    NEIGHBOURHOOD,
+    WRONG_LENGTH,
+    WRONG_LENGTHS,
+    Assessment,
+    Consent,
+    Policy,
+    why_blocked,
+)
+from sphero_probe.protocol.packets import Command, Generation
+
+V2 = Generation.V2
+NODE = 0x11
+ROBOT_NAME = "BP-1234"
+EVERYTHING = Consent(frozenset(Risk), ROBOT_NAME)
+
+ALL_ROBOTS = [None, *(robot for robot in ROBOTS.values() if robot.generation is V2)]
+ROBOT_IDS = [robot.key if robot else "unknown robot" for robot in ALL_ROBOTS]
+EACH_ROBOT = pytest.mark.parametrize("robot", ALL_ROBOTS, ids=ROBOT_IDS)
+COMMAND_ROWS = [row for row in all_rows(V2) if row.kind is Kind.COMMAND]
+NOTIFICATION_ONLY = sorted(
+    {(row.did, row.cid) for row in all_rows(V2)} - {(row.did, row.cid) for row in COMMAND_ROWS}
+)
+DANGEROUS_DEVICES = BRICK_DEVICES[V2] | PERSIST_DEVICES[V2]
+DEVICES = sorted({row.did for row in all_rows(V2)} | DANGEROUS_DEVICES | {0x00, 0x50, 0xEE, 0xFF})
+PAIRS = sorted({(row.did, row.cid) for row in all_rows(V2)})
+UNKNOWN = [(did, cid) for did in DEVICES for cid in range(256) if not rows_of(V2, did, cid)]
+LENGTHS = [*range(21), 40, 64]
+
+
+def policy(robot=None, consent=None, *, strict=False, names=(ROBOT_NAME,)):
+    made = Policy(V2, robot, consent or Consent(), names)
+    if strict:
+        made.trust_length_check(NODE)
+    return made
+
+
+def at(did, cid, payload=b""):
+    return Command(did, cid, payload, NODE)
+
+
+def meanings(did, cid, robot):
+    """What the pair may mean to this robot: what is said of it, or else all that is said of any."""
+    rows = rows_of(V2, did, cid)
+    return [row for row in rows if robot and robot.key in row.nodes] or list(rows)
+
+
+def takes_any_length(row):
+    """Whether a persist or brick command has no single length that one could get wrong."""
+    open_ended = row.request is None or row.request.fixed_length is None
+    return row.kind is Kind.COMMAND and row.risk >= Risk.PERSIST and open_ended
+
+
+def dangerous_neighbours(did, cid):
+    near = [row for other in range(cid - 2, cid + 3) for row in rows_of(V2, did, other)]
+    return [row for row in near if takes_any_length(row)]
+
+
+def unknown_may_go(did, cid, payload, *, strict):
+    return (
+        strict
+        and did not in DANGEROUS_DEVICES
+        and payload in (bytes(11), bytes(13), bytes(40))
+        and not dangerous_neighbours(did, cid)
+    )
+
+
+def known_may_go(row, payload, *, strict):
+    if row.risk is Risk.READ:
+        return True
+    refusable = row.request is not None and not row.request.accepts(len(payload))
+    return strict and refusable and row.risk < Risk.BRICK
+
+
+def may_go(did, cid, payload, robot, *, strict):
+    """The rules of consent by default, said once more."""
+    rows = meanings(did, cid, robot)
+    if not rows:
+        return unknown_may_go(did, cid, payload, strict=strict)
+    return all(
+        known_may_go(row, payload, strict=strict)
+        if row.kind is Kind.COMMAND
+        else unknown_may_go(did, cid, payload, strict=strict)
+        for row in rows
+    )
+
+
+@pytest.mark.unmeasured
+@pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
+@EACH_ROBOT
+def test_what_is_sent_of_the_whole_catalogue_by_default(robot, strict):
+    gate = policy(robot, strict=strict)
+    for (did, cid), length in itertools.product(PAIRS, LENGTHS):
+        for payload in (bytes(length), b"\x01" * length):
+            sent = gate.why_blocked(at(did, cid, payload)) is None
+            assert sent == may_go(did, cid, payload, robot, strict=strict), (
+                f"{did:02x}/{cid:02x} {length} bytes"
+            )
+
+
+@pytest.mark.unmeasured
+@pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
+def test_what_is_sent_of_all_unknown_commands_by_default(strict):
+    gate = policy(strict=strict)
+    for (did, cid), payload in itertools.product(UNKNOWN, (b"", bytes(4), bytes(11), b"\x01" * 11)):
+        sent = gate.why_blocked(at(did, cid, payload)) is None
+        assert sent == unknown_may_go(did, cid, payload, strict=strict), (
+            f"{did:02x}/{cid:02x} {payload.hex()}"
+        )
+
+
+@EACH_ROBOT
+def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot):
+    gates = policy(robot), policy(robot, strict=True)
+    for row in commands_of(robot) if robot else COMMAND_ROWS:
+        mean = meanings(row.did, row.cid, robot)
+        if row.request is None or any(each.kind is Kind.NOTIFICATION for each in mean):
+            continue
+        payload = row.sample if row.sample is not None else row.request.zeros()
+        worst = max(each.risk for each in mean)
+        for gate in gates:
+            assert gate.assess(at(row.did, row.cid, payload)).risk is worst, row.name
+            assert (gate.why_blocked(at(row.did, row.cid, payload)) is None) == (worst is Risk.READ), row.name
+
+
+@pytest.mark.parametrize(
+    ("command", "robot", "strict", "risk", "reason"),
+    [
+        pytest.param(at(0x13, 0x10), "bolt", False, Risk.READ, "a documented query", id="battery"),
+        pytest.param(
+            at(0x13, 0x10, bytes(11)), "bolt", False, Risk.READ, "documented", id="read, surplus bytes"
+        ),
+        pytest.param(at(0x13, 0x01), "bolt", True, Risk.MOTION, "power.sleep", id="sleep"),
+        pytest.param(
+            at(0x13, 0x01, bytes(11)), "bolt", True, Risk.PROBE, "at a length", id="sleep, wrong length"
+        ),
+        pytest.param(
+            at(0x13, 0x01, bytes(11)), "bolt", False, Risk.MOTION, "not known to check", id="sleep, lenient"
+        ),
+        pytest.param(at(0x13, 0x00), "rvr", True, Risk.BRICK, "deep_sleep", id="deep sleep"),
+        pytest.param(
+            at(0x13, 0x00, bytes(11)), "rvr", True, Risk.BRICK, "not even", id="deep sleep, wrong length"
+        ),
+        pytest.param(at(0x1D, 0x1C), "rvr", True, Risk.BRICK, "not even", id="reset without argument"),
+        pytest.param(at(0x1A, 0x35), "bolt", True, Risk.BRICK, "delete_all", id="delete all animations"),
+        pytest.param(at(0x11, 0x2E), "rvr", True, Risk.BRICK, "erase_config", id="erase config"),
+        pytest.param(at(0x16, 0x07, bytes(4)), "bolt-plus", True, Risk.MOTION, "drive", id="drive"),
+        pytest.param(at(0x1A, 0x1C, bytes(7)), "bolt-plus", True, Risk.WRITE, "leds", id="LEDs"),
+        pytest.param(
+            at(0x1A, 0x1C, bytes(11)), "bolt-plus", True, Risk.WRITE, "leds", id="LEDs take 11 bytes, too"
+        ),
+        pytest.param(at(0x1A, 0x1C), "bolt-plus", True, Risk.PROBE, "does not take", id="LEDs without mask"),
+        pytest.param(
+            at(0x1A, 0x1C), "bolt-plus", False, Risk.WRITE, "not known", id="LEDs without mask, lenient"
+        ),
+        pytest.param(at(0x17, 0x25), "r2d2", False, Risk.READ, "documented", id="17/25 on R2-D2 reads"),
+        pytest.param(at(0x17, 0x25), "lmq", True, Risk.MOTION, "set_shoulder", id="17/25 on McQueen moves"),
+        pytest.param(at(0x17, 0x25), None, True, Risk.MOTION, "set_shoulder", id="17/25 on who knows what"),
+        pytest.param(
+            at(0x17, 0x25), "mini", True, Risk.MOTION, "set_shoulder", id="17/25 on a robot without it"
+        ),
+        pytest.param(
+            at(0x17, 0x05, bytes(11)), None, True, Risk.MOTION, "unknown", id="one of two layouts unknown"
+        ),
+        pytest.param(
+            at(0x17, 0x05, bytes(11)), "r2d2", True, Risk.PROBE, "does not take", id="this one's is known"
+        ),
+        pytest.param(
+            at(0x50, 0x01, bytes(11)), None, True, Risk.PROBE, "no command takes", id="unknown device"
+        ),
+        pytest.param(
+            at(0x50, 0x01, bytes(11)), None, False, Risk.PERSIST, "not known", id="unknown device, lenient"
+        ),
+        pytest.param(at(0x50, 0x01), None, True, Risk.PERSIST, "payload", id="unknown device, empty"),
+        pytest.param(at(0x1A, 0x70), None, True, Risk.BRICK, "without payload", id="unknown of 1A, empty"),
+        pytest.param(at(0x11, 0x70), None, True, Risk.BRICK, "without payload", id="unknown of 11, empty"),
+        pytest.param(at(0x1A, 0x70, b"\x01"), None, True, Risk.BRICK, "payload", id="unknown of 1A, custom"),
+        pytest.param(at(0x10, 0x04, bytes(11)), None, True, Risk.BRICK, "next to", id="next to the shell"),
+        pytest.param(
+            at(0x1D, 0x70, bytes(11)), None, True, Risk.BRICK, "dangerous device 0x1d", id="firmware device"
+        ),
+        pytest.param(
+            at(0x20, 0x01, bytes(11)), None, True, Risk.PERSIST, "dangerous device 0x20", id="macro device"
+        ),
+    ],
+)
+def test_classes(command, robot, strict, risk, reason):
+    assessment = policy(ROBOTS[robot] if robot else None, strict=strict).assess(command)
+    assert assessment.risk is risk
+    assert reason in assessment.reason
+
+
+def test_the_dangerous_devices():
+    assert BRICK_DEVICES[V2] == {0x1B, 0x1D, 0x1E, 0x1F, 0xFE}
+    assert PERSIST_DEVICES[V2] == {0x20}
+    assert NO_EMPTY_PROBE_DEVICES[V2] == {0x11, 0x1A}
+    assert BRICK_DEVICES[Generation.V1] == {0x01}
+
+
+@pytest.mark.parametrize("did", sorted(DANGEROUS_DEVICES), ids=lambda did: f"0x{did:02x}")
+def test_unknown_commands_of_dangerous_devices_never_go(did):
+    gate = policy(strict=True)
+    for cid in range(256):
+        if rows_of(V2, did, cid):
+            continue
+        gate.take_as_absent(at(did, cid))
+        for payload in (b"", bytes(WRONG_LENGTH), bytes(13), bytes(40), b"\x01"):
+            assert gate.why_blocked(at(did, cid, payload)) is not None
+            assert gate.assess(at(did, cid, payload)).risk >= Risk.PERSIST
+
+
+def test_the_dangerous_device_of_v1():
+    gate = Policy(Generation.V1, None, Consent())
+    gate.trust_length_check(None)
+    assert gate.assess(Command(0x01, 0xEE, bytes(WRONG_LENGTH))).risk is Risk.BRICK
+
+
+def test_no_fixed_length_command_takes_a_wrong_length():
+    assert WRONG_LENGTH in WRONG_LENGTHS
+    lengths = {row.request.fixed_length for row in COMMAND_ROWS if row.request}
+    assert not lengths & WRONG_LENGTHS
+
+
+NEIGHBOURS = [
+    pytest.param(row, id=row.name)
+    for row in COMMAND_ROWS
+    if takes_any_length(row) and row.did not in DANGEROUS_DEVICES
+]
+
+
+@pytest.mark.parametrize("row", NEIGHBOURS)
+def test_unknown_neighbours_take_the_class_of_what_takes_any_length(row):
+    gate = policy(strict=True)
+    for cid in range(row.cid - NEIGHBOURHOOD, row.cid + NEIGHBOURHOOD + 1):
+        if not 0 <= cid <= 0xFF or rows_of(V2, row.did, cid):
+            continue
+        worst = max(near.risk for near in dangerous_neighbours(row.did, cid))
+        assessment = gate.assess(at(row.did, cid, bytes(WRONG_LENGTH)))
+        assert assessment.risk is worst
+        assert "next to" in assessment.reason
+        assert gate.why_blocked(at(row.did, cid, bytes(WRONG_LENGTH))) is not None
+
+
+def test_dangerous_neighbours_make_no_command_milder():
+    near = [pair for pair in UNKNOWN if dangerous_neighbours(*pair)]
+    far = {did: cid for did, cid in UNKNOWN if not dangerous_neighbours(did, cid)}
+    assert near
+    for gate in (policy(), policy(strict=True)):
+        for (did, cid), payload in itertools.product(near, (b"", b"\x01", bytes(WRONG_LENGTH))):
+            here, there = gate.assess(at(did, cid, payload)), gate.assess(at(did, far[did], payload))
+            assert here.risk >= there.risk, f"{did:02x}/{cid:02x} {payload.hex()}"
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [
+        pytest.param((did, cid), id=f"{did:02x}/{cid:02x}")
+        for did, cid in NOTIFICATION_ONLY
+        if did not in DANGEROUS_DEVICES
+    ],
+)
+def test_notifications_are_no_commands(pair):
+    lenient, strict = policy(), policy(strict=True)
+    for gate in (lenient, strict):
+        assert gate.why_blocked(at(*pair)) is not None
+        assert gate.why_blocked(at(*pair, b"\x01")) is not None
+    assert lenient.why_blocked(at(*pair, bytes(WRONG_LENGTH))) is not None
+    near = dangerous_neighbours(*pair)
+    assert (strict.why_blocked(at(*pair, bytes(WRONG_LENGTH))) is None) == (not near)
+
+
+@pytest.mark.parametrize(
+    ("payload", "goes"),
+    [
+        pytest.param(bytes(11), True, id="11 zeros"),
+        pytest.param(bytes(13), True, id="13 zeros"),
+        pytest.param(bytes(40), True, id="40 zeros"),
+        pytest.param(b"", False, id="empty"),
+        pytest.param(bytes(1), False, id="1 zero"),
+        pytest.param(bytes(10), False, id="10 zeros"),
+        pytest.param(bytes(12), False, id="12 zeros"),
+        pytest.param(bytes(10) + b"\x01", False, id="11 bytes, the last not zero"),
+        pytest.param(b"\x01" + bytes(39), False, id="40 bytes, the first not zero"),
+        pytest.param(bytes(1024), False, id="1024 zeros"),
+    ],
+)
+def test_an_unknown_command_goes_as_a_wrong_length_of_zeros_only(payload, goes):
+    strict = policy(strict=True)
+    for did in (0x50, 0x13, 0x11, 0x1A):
+        assert (strict.why_blocked(at(did, 0x70, payload)) is None) == goes
+        assert policy().why_blocked(at(did, 0x70, payload)) is not None
+
+
+def test_trust_is_for_one_node():
+    gate = policy()
+    probe = Command(0x50, 0x01, bytes(WRONG_LENGTH))
+    targets = (None, 0x01, 0x10, 0x11, 0x12)
+    for target in (0x11, None):
+        gate.trust_length_check(target)
+        gate.trust_length_check(target)
+        sent = [other for other in targets if gate.why_blocked(probe._replace(target=other)) is None]
+        assert sent == [target]
+        gate.distrust_length_check(target)
+        assert gate.why_blocked(probe._replace(target=target)) is not None
+    gate.distrust_length_check(0x33)
+
+
+@pytest.mark.parametrize(
+    "payload", [b"", bytes(11), b"\x01\x02", bytes(40)], ids=lambda payload: f"{len(payload)} bytes"
+)
+def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
+    gate = policy()
+    gate.take_as_absent(at(0x50, 0x01, b"\x07"))
+    assert gate.assess(at(0x50, 0x01, payload)).risk is Risk.PROBE
+    assert gate.why_blocked(at(0x50, 0x01, payload)) is None
+    assert gate.why_blocked(Command(0x50, 0x01, payload, 0x12)) is not None
+    assert gate.why_blocked(Command(0x50, 0x01, payload)) is not None
+    assert gate.why_blocked(at(0x50, 0x02, payload)) is not None
+
+
+@pytest.mark.parametrize(
+    ("command", "hinges"),
+    [
+        pytest.param(at(0x50, 0x01, bytes(11)), True, id="unknown, wrong length"),
+        pytest.param(at(0x50, 0x01), False, id="unknown, empty"),
+        pytest.param(at(0x13, 0x10, bytes(11)), False, id="read"),
+        pytest.param(at(0x16, 0x07, bytes(11)), True, id="motion, wrong length"),
+        pytest.param(at(0x16, 0x07, bytes(4)), False, id="motion, proper"),
+        pytest.param(at(0x13, 0x00, bytes(11)), False, id="brick, wrong length"),
+        pytest.param(at(0x1D, 0x70, bytes(11)), False, id="unknown of a dangerous device"),
+    ],
+)
+def test_what_hinges_on_the_length_check(command, hinges):
+    gate = policy(ROBOTS["rvr"])
+    before = gate.assess(command)
+    assert gate.hinges_on_length_check(command) == hinges
+    assert gate.assess(command) == before
+    gate.trust_length_check(NODE)
+    assert not gate.hinges_on_length_check(command)
+    assert (gate.assess(command).risk < before.risk) == hinges
+    assert gate.hinges_on_length_check(command._replace(target=0x12)) == hinges
+
+
+EXAMPLES = {
+    Risk.READ: at(0x13, 0x10),
+    Risk.PROBE: at(0x50, 0x01, bytes(WRONG_LENGTH)),
+    Risk.WRITE: at(0x1A, 0x1C, bytes(7)),
+    Risk.MOTION: at(0x16, 0x07, bytes(4)),
+    Risk.PERSIST: at(0x12, 0x11),
+    Risk.BRICK: at(0x1D, 0x1C, bytes(1)),
+}
+
+
+@pytest.mark.parametrize("allowed", [pytest.param(risk, id=risk.word) for risk in Risk])
+def test_classes_are_allowed_one_by_one(allowed):
+    consent = Consent(frozenset({allowed}), ROBOT_NAME)
+    gate = policy(ROBOTS["rvr"], consent, strict=True)
+    for risk, command in EXAMPLES.items():
+        assert gate.assess(command).risk is risk
+        assert (gate.why_blocked(command) is None) == (risk is allowed)
+
+
+@EACH_ROBOT
+def test_with_everything_allowed_everything_goes(robot):
+    gate = policy(robot, EVERYTHING)
+    for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
+        assert gate.why_blocked(at(did, cid, bytes(length))) is None
+    assert all(gate.why_blocked(at(did, cid)) is None for did, cid in UNKNOWN[::7])
+
+
+@EACH_ROBOT
+def test_reasons_name_the_flag(robot):
+    gate = policy(robot)
+    for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
+        command = at(did, cid, bytes(length))
+        risk, phrase = gate.assess(command)
+        reason = gate.why_blocked(command)
+        if reason is None:
+            assert risk <= Risk.PROBE
+            continue
+        assert reason.startswith(f"{risk.word}: {phrase}")
+        assert f"--allow {risk.word}" in reason
+        assert ("--confirm" in reason) == (risk is Risk.BRICK)
+
+
+BRICK = Assessment(Risk.BRICK, "it erases")
+
+
+@pytest.mark.parametrize(
+    ("allowed", "confirmed", "names", "goes"),
+    [
+        pytest.param({Risk.BRICK}, "BP-1234", ("BP-1234",), True, id="allowed and confirmed"),
+        pytest.param({Risk.BRICK}, "BP-1234", ("bolt-plus", "BP-1234"), True, id="one of its names"),
+        pytest.param({Risk.BRICK}, "", ("BP-1234",), False, id="not confirmed"),
+        pytest.param({Risk.BRICK}, "BP-12345", ("BP-1234",), False, id="another robot"),
+        pytest.param({Risk.BRICK}, "BP-123", ("BP-1234",), False, id="part of the name"),
+        pytest.param({Risk.BRICK}, "bp-1234", ("BP-1234",), False, id="not as it is written"),
+        pytest.param({Risk.BRICK}, "BP-1234", (), False, id="a robot without a name"),
+        pytest.param({Risk.BRICK}, "", (), False, id="no name at all"),
+        pytest.param({Risk.BRICK}, "", ("",), False, id="an empty name"),
+        pytest.param({Risk.PERSIST}, "BP-1234", ("BP-1234",), False, id="confirmed, another class allowed"),
+        pytest.param(set(), "BP-1234", ("BP-1234",), False, id="confirmed, nothing allowed"),
+    ],
+)
+def test_brick_wants_leave_and_the_name(allowed, confirmed, names, goes):
+    consent = Consent(frozenset(allowed), confirmed)
+    reason = why_blocked(BRICK, consent, names)
+    assert (reason is None) == goes
+    assert goes or "--confirm" in reason
+    gate = Policy(V2, None, consent, iter(names))
+    assert [gate.why_blocked(at(0x1D, 0x05)) is None for _ in range(2)] == [goes, goes]
+
+
+def test_other_classes_need_no_name():
+    for risk in Risk:
+        if risk is not Risk.BRICK:
+            assert why_blocked(Assessment(risk, ""), Consent(frozenset({risk})), ()) is None
+
+
+def test_consent_in_words():
+    assert Consent().words == ("read", "probe")
+    assert EVERYTHING.words == ("read", "probe", "write", "motion", "persist", "brick")
+    assert Consent(frozenset({Risk.BRICK, Risk.READ})).words == ("read", "brick")
+
+
+TARGETS = st.sampled_from([None, 0x01, 0x10, 0x11, 0x12])
+NEAR_WHAT_IS_KNOWN = st.tuples(st.sampled_from(PAIRS), st.integers(-3, 3)).map(
+    lambda near: (near[0][0], (near[0][1] + near[1]) % 256)
+)
+ANY_PAIR = NEAR_WHAT_IS_KNOWN | st.tuples(st.integers(0, 255), st.integers(0, 255))
+ANY_PAYLOAD = (
+    st.binary(max_size=45) | st.integers(0, 45).map(bytes) | st.sampled_from(sorted(WRONG_LENGTHS)).map(bytes)
+)
+
+
+@given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(TARGETS))
+@example((0x17, 0x05), bytes(11), 0x11, None, {0x11})
+@example((0x1A, 0x04), bytes(11), 0x11, None, set())
+def test_by_default_nothing_goes_that_could_do_anything(pair, payload, target, robot, strict):
+    gate = Policy(V2, robot, Consent(), (ROBOT_NAME,))
+    for node in strict:
+        gate.trust_length_check(node)
+    if gate.why_blocked(Command(*pair, payload, target)) is not None:
+        return
+    rows = [row for row in meanings(*pair, robot) if row.kind is Kind.COMMAND]
+    if rows and all(row.risk is Risk.READ for row in rows):
+        return
+    assert target in strict, "nobody measured that this node refuses wrong lengths"
+    assert all(row.request is not None for row in rows)
+    dangerous = [row for row in rows_of(V2, *pair) if row.kind is Kind.COMMAND and row.risk > Risk.READ]
+    assert not any(row.request.accepts(len(payload)) for row in dangerous if row.request)
+    assert not any(row.risk is Risk.BRICK for row in dangerous)
+
+
+@given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS))
+def test_measuring_a_node_never_makes_a_command_more_dangerous(pair, payload, target, robot):
+    gate = policy(robot)
+    before = gate.assess(Command(*pair, payload, target))
+    gate.trust_length_check(target)
+    after = gate.assess(Command(*pair, payload, target))
+    assert after.risk <= before.risk
+
+
+@given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(st.sampled_from(Risk)))
+def test_what_goes_was_allowed_by_its_own_name(pair, payload, target, robot, allowed):
+    gate = Policy(V2, robot, Consent(frozenset(allowed), ROBOT_NAME), (ROBOT_NAME,))
+    command = Command(*pair, payload, target)
+    assert (gate.why_blocked(command) is None) == (gate.assess(command).risk in allowed)

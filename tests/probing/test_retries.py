@@ -1,0 +1,153 @@
+"""How often silence is asked again, and what it is called in the end: losses in, words out."""
+
+from math import ceil, log
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import Answered, Silent
+from sphero_probe.probing.prober import PreparedProbe, ProbeResult
+from sphero_probe.probing.retries import (
+    _DOUBT,
+    FALSE_SILENCES,
+    LEAST_ATTEMPTS,
+    LOSSY,
+    MOST_ATTEMPTS,
+    NOT_ITSELF,
+    ONCE,
+    STOPPED,
+    LossEstimate,
+    SettledProbe,
+    SilentProbe,
+    no_result,
+    silence,
+)
+from sphero_probe.protocol.packets import Command, Response
+
+COMMAND = Command(0x13, 0x10)
+SILENT = Silent(COMMAND, 7, b"sent", 1.0)
+ANSWERED = Answered(COMMAND, 7, b"sent", Response(7, 0x00, b"", 0x13, 0x10), b"received", 2.0)
+
+
+def asked(risk=Risk.PROBE):
+    return PreparedProbe(1, COMMAND, risk, None, "")
+
+
+def loss(learned=(), probes=0):
+    made = LossEstimate()
+    made.probes = probes
+    for attempts in learned:
+        made.learn(attempts)
+    return made
+
+
+ATTEMPTS = st.lists(st.integers(1, 12), max_size=60)
+PROBES = st.integers(0, 100_000)
+
+
+def test_before_anything_is_known():
+    assert LEAST_ATTEMPTS <= loss().attempts_wanted <= MOST_ATTEMPTS
+    assert loss(probes=1000).attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 1 / _DOUBT))
+
+
+def test_a_line_that_loses_nothing():
+    assert loss([1] * 10_000, probes=1).attempts_wanted == LEAST_ATTEMPTS
+
+
+def test_a_line_that_loses_half():
+    """Half of all lost: each attempt halves the doubt, and 1000 probes want a thousandth of a thousandth."""
+    lossy = loss([2] * 10_000, probes=1000)
+    assert lossy.attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 0.5))
+
+
+def test_a_line_that_loses_nearly_everything_is_beyond_reason():
+    assert loss([12] * 1000, probes=1000).attempts_wanted > MOST_ATTEMPTS
+
+
+@given(ATTEMPTS, PROBES)
+def test_attempts_wanted_have_bounds(learned, probes):
+    wanted = loss(learned, probes).attempts_wanted
+    assert isinstance(wanted, int)
+    assert LEAST_ATTEMPTS <= wanted < 10_000
+
+
+@given(ATTEMPTS.filter(bool), st.integers(0, 59), PROBES)
+def test_the_more_is_lost_the_more_attempts_are_wanted(learned, place, probes):
+    worse = [attempts + (number == place % len(learned)) for number, attempts in enumerate(learned)]
+    assert loss(worse, probes).attempts_wanted >= loss(learned, probes).attempts_wanted
+
+
+@given(ATTEMPTS, st.integers(1, 50), PROBES)
+def test_answers_at_the_first_attempt_want_no_more_attempts(learned, count, probes):
+    better = [*learned, *[1] * count]
+    assert loss(better, probes).attempts_wanted <= loss(learned, probes).attempts_wanted
+
+
+@given(ATTEMPTS, PROBES, PROBES)
+def test_the_more_probes_the_more_attempts_are_wanted(learned, some, others):
+    few, many = sorted((some, others))
+    assert loss(learned, few).attempts_wanted <= loss(learned, many).attempts_wanted
+
+
+@given(st.integers(0, 90), st.integers(1, 20_000))
+def test_as_many_attempts_as_make_false_silences_rare(percent_lost, probes):
+    """The reason for it all: of commands that are answered, hardly one is silent so often in a whole run."""
+    answered, lost = 10_000, round(10_000 * percent_lost / (100 - percent_lost))
+    each, over = divmod(lost, answered)
+    wanted = loss([each + 1] * (answered - over) + [each + 2] * over, probes).attempts_wanted
+    rate = lost / (answered + lost)
+    assert probes * rate**wanted <= FALSE_SILENCES * 1.05
+    if wanted > LEAST_ATTEMPTS:  # and no more than needed, but for the doubt
+        assert probes * (rate + 0.002) ** (wanted - 1) > FALSE_SILENCES * 0.5
+
+
+@given(ATTEMPTS, PROBES, st.integers(0, 20), st.integers(1, 20))
+def test_when_asking_again_tells_nothing_new(learned, probes, confirmed, attempts):
+    known = loss(learned, probes)
+    unanswered = SilentProbe(asked(), SILENT, attempts, confirmed)
+    enough = confirmed >= known.attempts_wanted
+    assert unanswered.is_final(known) == (enough or attempts >= MOST_ATTEMPTS)
+    word = unanswered.last_word(known, "")
+    assert word == SettledProbe(asked(), ProbeResult(SILENT, attempts), "" if enough else LOSSY)
+
+
+SURE, UNSURE = 1000, 0
+"""Silences proved: more than any line wants, and fewer."""
+
+
+@pytest.mark.parametrize(
+    ("confirmed", "risk", "doubt", "interrupted", "word"),
+    [
+        pytest.param(SURE, Risk.PROBE, "", "", "", id="silent"),
+        pytest.param(SURE, Risk.PROBE, "", STOPPED, "", id="silent, then stopped"),
+        pytest.param(SURE, Risk.MOTION, "", "", "", id="silent, whatever its class"),
+        pytest.param(UNSURE, Risk.READ, "", "", LOSSY, id="asked too seldom"),
+        pytest.param(UNSURE, Risk.WRITE, "", "", LOSSY, id="asked too seldom, may be repeated"),
+        pytest.param(UNSURE, Risk.MOTION, "", "", ONCE, id="must not be repeated"),
+        pytest.param(UNSURE, Risk.MOTION, "", STOPPED, STOPPED, id="stopped, must not be repeated"),
+        pytest.param(UNSURE, Risk.READ, "", STOPPED, STOPPED, id="stopped"),
+        pytest.param(UNSURE, Risk.READ, NOT_ITSELF, STOPPED, NOT_ITSELF, id="given up, then stopped"),
+        pytest.param(SURE, Risk.READ, NOT_ITSELF, "", NOT_ITSELF, id="given up"),
+    ],
+)
+def test_the_last_word(confirmed, risk, doubt, interrupted, word):
+    unanswered = SilentProbe(asked(risk), SILENT, 3, confirmed, None, doubt)
+    assert unanswered.last_word(loss(), interrupted) == SettledProbe(
+        asked(risk), ProbeResult(SILENT, 3), word
+    )
+
+
+@pytest.mark.parametrize("confirmed", [SURE, UNSURE])
+@pytest.mark.parametrize("doubt", ["", NOT_ITSELF])
+@pytest.mark.parametrize("interrupted", ["", STOPPED])
+def test_a_belated_answer_is_the_last_word(confirmed, doubt, interrupted):
+    unanswered = SilentProbe(asked(), SILENT, 3, confirmed, ANSWERED, doubt)
+    assert unanswered.last_word(loss(), interrupted) == SettledProbe(asked(), ProbeResult(ANSWERED, 3))
+
+
+def test_a_probe_of_which_nothing_is_known():
+    probe = asked()
+    assert silence(probe) == Silent(COMMAND, 0, b"", 0.0)
+    assert no_result(probe, 2) == ProbeResult(silence(probe), 2)
