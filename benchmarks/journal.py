@@ -13,8 +13,8 @@ from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered
+from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
-from sphero_probe.probing.prober import PreparedProbe
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Response, Verdict
 from sphero_probe.runs.encode import encode_finding, encode_intent

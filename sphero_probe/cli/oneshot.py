@@ -85,7 +85,9 @@ def send_each(
                     await stop_motors(link, commands[0].target)
             counts = dict(Counter(finding.outcome for finding in found))
             complete = len(found) == len(commands)
-            run_journal.record(Summary(counts, monotonic() - began, link.frames_sent - frames, complete))
+            sent = sum(finding.attempts > 0 for finding in found)
+            seconds, frames = monotonic() - began, link.frames_sent - frames
+            run_journal.record(Summary(counts, seconds, sent, frames, complete))
 
     with run_journal:
         run_interruptible(Interrupts(), work())

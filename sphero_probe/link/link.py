@@ -139,10 +139,11 @@ class Link:
             LinkLostError: the robot is gone.
             ValueError: the command cannot be encoded.
         """
-        if reason := self.policy.why_blocked(command):
-            return Blocked(command, self.policy.assess(command).risk, reason)
+        risk, _, blocked = self.policy.assess(command)
+        if blocked:
+            return Blocked(command, risk, blocked)
         timeout = timeout or self._timeout
-        if self.policy.assess(command).risk > Risk.PROBE:
+        if risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
         claim = await self._wait_in_line(QueuedCommand(command, timeout, alone, expected))

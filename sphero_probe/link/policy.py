@@ -1,10 +1,11 @@
-"""The one gate: a command in, and out comes why it must not be sent, or None.
+"""The one gate: it decides what may be sent to a robot.
 
-Everything that leaves for a robot passes ``Policy.why_blocked``. What a command may do is judged from the
+Everything that is sent passes ``Policy.assess``. What a command may do is judged from the
 catalogue and from what calibration measured; where both are silent, the more dangerous class is taken.
 """
 
 from collections.abc import Iterable
+from functools import cache
 from typing import Final, NamedTuple, Self
 
 from sphero_probe.catalogue import (
@@ -24,18 +25,22 @@ WRONG_LENGTHS: Final = frozenset({11, 13, 40})
 """Lengths that no documented fixed-length command takes [commands_v2]."""
 NEIGHBOURHOOD: Final = 2
 """An unknown command this close to a variable-length persist or brick command takes its class."""
+_KEPT: Final = 1024
+"""Assessments that a policy keeps."""
 
 
 class Assessment(NamedTuple):
-    """What sending a command may do.
+    """What sending a command may do, and whether it may be sent.
 
     Attributes:
         risk: the class.
         reason: why it is that class, a phrase.
+        blocked: why it must not be sent and which flag allows it; empty when it may be sent.
     """
 
     risk: Risk
     reason: str
+    blocked: str = ""
 
 
 class Consent(NamedTuple):
@@ -74,7 +79,7 @@ def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[
         consent: what was allowed.
         robot_names: the names that ``--confirm`` may repeat.
     """
-    risk, reason = assessment
+    risk, reason, _ = assessment
     if risk not in consent.allowed:
         flag = f"--allow {risk.word}"
         if risk is Risk.BRICK:
@@ -86,11 +91,12 @@ def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[
 
 
 class Policy:
-    """The gate of one link: consent, the robot's catalogue, and what was measured on it.
+    """The gate of one link: consent, the robot's catalogue, and what was measured on the robot.
 
     Attributes:
         consent: what a person has allowed.
         robot: the model, None where it is not known.
+        revision: changes whenever a measurement changes what may be sent.
     """
 
     def __init__(
@@ -102,45 +108,58 @@ class Policy:
     ) -> None:
         self.consent = consent
         self.robot = robot
+        self.revision = 0
         self._generation = generation
         self._names = tuple(names)
         self._strict: set[int | None] = set()
         self._absent: set[Command] = set()
+        self._assessed: dict[Command, Assessment] = {}
 
     def trust_length_check(self, target: int | None) -> None:
         """Take in that this node was measured to refuse wrong lengths without executing."""
         self._strict.add(target)
+        self._revise()
 
     def distrust_length_check(self, target: int | None) -> None:
         """Take back what ``trust_length_check`` said."""
         self._strict.discard(target)
+        self._revise()
 
     def take_as_absent(self, command: Command) -> None:
         """Take in that the robot said of this pair, on this node, that it does not exist."""
         self._absent.add(command._replace(payload=b""))
+        self._revise()
 
     def assess(self, command: Command) -> Assessment:
-        """Return what sending this command may do, payload and node included."""
+        """Return what sending this command may do, payload and node included, and whether it may be sent.
+
+        The last assessments are kept until a measurement changes them: asking again costs little.
+        """
+        assessed = self._assessed.get(command)
+        if assessed is None:
+            assessed = self._evaluate(command)
+            blocked = why_blocked(assessed, self.consent, self._names) or ""
+            assessed = assessed._replace(blocked=blocked)
+            if len(self._assessed) >= _KEPT:
+                self._assessed.clear()
+            self._assessed[command] = assessed
+        return assessed
+
+    def why_blocked(self, command: Command) -> str | None:
+        """Return why this command is blocked and which flag allows it, None when it may be sent."""
+        return self.assess(command).blocked or None
+
+    def _revise(self) -> None:
+        self.revision += 1
+        self._assessed.clear()
+
+    def _evaluate(self, command: Command) -> Assessment:
         rows = rows_of(self._generation, command.did, command.cid)
         if self.robot:
             rows = tuple(row for row in rows if self.robot.key in row.nodes) or rows
         if not rows:
             return self._assess_unknown(command)
         return max((self._assess_row(command, row) for row in rows), key=lambda assessed: assessed.risk)
-
-    def why_blocked(self, command: Command) -> str | None:
-        """Return why this command is withheld and which flag allows it, None when it may go."""
-        return why_blocked(self.assess(command), self.consent, self._names)
-
-    def hinges_on_length_check(self, command: Command) -> bool:
-        """Whether knowing that its node refuses wrong lengths would make this command less dangerous."""
-        if command.target in self._strict:
-            return False
-        before = self.assess(command)
-        self._strict.add(command.target)
-        after = self.assess(command)
-        self._strict.discard(command.target)
-        return after.risk < before.risk
 
     def _assess_row(self, command: Command, row: CommandRow) -> Assessment:
         """Judge by what one row says that the pair means; where several may apply, the worst counts."""
@@ -166,18 +185,16 @@ class Policy:
             return Assessment(Risk.PERSIST, f"unknown command of the dangerous device 0x{did:02x}")
         if Command(did, cid, b"", target) in self._absent:
             return Assessment(Risk.PROBE, "the robot said it does not exist")
-        neighbours = (
-            Assessment(row.risk, f"unknown, next to {row.name}")
-            for neighbour in range(cid - NEIGHBOURHOOD, cid + NEIGHBOURHOOD + 1)
-            for row in rows_of(self._generation, did, neighbour)
-            if _may_take_anything(row)
-        )
-        return max((self._assess_by_payload(command), *neighbours), key=lambda assessed: assessed.risk)
+        by_payload = self._assess_by_payload(command)
+        neighbour = _open_ended_neighbours(self._generation).get((did, cid))
+        if neighbour and neighbour.risk > by_payload.risk:
+            return Assessment(neighbour.risk, f"unknown, next to {neighbour.name}")
+        return by_payload
 
     def _assess_by_payload(self, command: Command) -> Assessment:
         """Judge an unknown command by whether it may accept these bytes."""
         did, payload = command.did, command.payload
-        if len(payload) not in WRONG_LENGTHS or any(payload):
+        if not is_wrong_length(command, None):
             reason = "unknown command with a payload that it may accept"
             if not payload and did in NO_EMPTY_PROBE_DEVICES[self._generation]:
                 reason = f"unknown command without payload, as the erasing ones of 0x{did:02x} take it"
@@ -187,8 +204,44 @@ class Policy:
         return Assessment(Risk.PROBE, "unknown command at a length that no command takes")
 
     def _worst_of(self, did: int) -> Risk:
-        known = (row.risk for row in all_rows(self._generation) if row.did == did)
-        return max((Risk.PERSIST, *known))
+        return max(Risk.PERSIST, _worst_by_device(self._generation).get(did, Risk.PERSIST))
+
+
+@cache
+def _worst_by_device(generation: Generation) -> dict[int, Risk]:
+    """Return DID -> the most dangerous class of its documented commands."""
+    worst: dict[int, Risk] = {}
+    for row in all_rows(generation):
+        worst[row.did] = max(row.risk, worst.get(row.did, row.risk))
+    return worst
+
+
+@cache
+def _open_ended_neighbours(generation: Generation) -> dict[tuple[int, int], CommandRow]:
+    """Return pair -> the most dangerous command near it that is not known to take one fixed length."""
+    near: dict[tuple[int, int], CommandRow] = {}
+    for row in all_rows(generation):
+        if not _may_take_anything(row):
+            continue
+        for cid in range(row.cid - NEIGHBOURHOOD, row.cid + NEIGHBOURHOOD + 1):
+            known = near.get((row.did, cid))
+            if known is None or row.risk > known.risk:
+                near[row.did, cid] = row
+    return near
+
+
+def is_wrong_length(command: Command, row: CommandRow | None) -> bool:
+    """Whether a command is harmless only where its node refuses wrong lengths without executing.
+
+    Args:
+        command: with its payload.
+        row: what is known of the pair, None where nothing is.
+    """
+    length = len(command.payload)
+    if row is None or row.kind is Kind.NOTIFICATION:
+        return length in WRONG_LENGTHS and not any(command.payload)
+    refusable = row.request is not None and not row.request.accepts(length)
+    return refusable and Risk.READ < row.risk < Risk.BRICK
 
 
 def _may_take_anything(row: CommandRow) -> bool:

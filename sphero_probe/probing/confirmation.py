@@ -5,7 +5,7 @@ A robot serves its commands in order. So a canary that sings proves everything t
 
 from typing import NamedTuple
 
-from sphero_probe.probing.prober import PreparedProbe
+from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.retries import SettledProbe
 
 

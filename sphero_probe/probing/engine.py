@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
@@ -13,7 +13,6 @@ from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
 from sphero_probe.link.exchange import LateResponse, Silent, Unsolicited
 from sphero_probe.link.link import Link
-from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.judge import finding_of
@@ -21,12 +20,15 @@ from sphero_probe.probing.notes import calibration_note, node_name, note_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
-from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.probing.prober import FilledProbe, Prober
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
-from sphero_probe.probing.retries import SettledProbe
+from sphero_probe.probing.retries import EXECUTED_BEFORE, SettledProbe, no_result
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
 from sphero_probe.session.identify import ask_well_known, read_firmware, wake
 from sphero_probe.session.reconnect import Reconnect, Reconnector
+
+if TYPE_CHECKING:
+    from sphero_probe.probing.attempt import PreparedProbe
 
 _NO_ANSWER: Final = (
     "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
@@ -66,37 +68,30 @@ class Engine:
     _line: Reconnector = field(init=False)
     _pipeline: Pipeline = field(init=False)
     _notes: list[Note] = field(default_factory=list)
-    _kept: dict[int, Finding] = field(default_factory=dict)
+    _filled: dict[int, FilledProbe] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
         self._prober = Prober(self._line, self.target)
         self._prober.intend = self.recorder.intend
         self._pipeline = Pipeline(self._prober, self._line, self.stop)
-        self._pipeline.on_answer = self._keep
+        self._pipeline.on_answer = self._judge
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, each after the recorder has it.
 
         Raises:
-            NoAnswerError: the robot never said anything.
+            NoAnswerError: the robot never answered anything.
             LinkLostError: the robot is gone; a summary that says so came first.
             BadInputFileError: a stage of the plan is broken.
         """
         try:
             async for record in self._records():
-                if not isinstance(record, Finding) or self._kept.get(record.number) != record:
+                if not isinstance(record, Finding):  # findings are recorded as they are judged
                     self.recorder.record(record)
                 yield record
         finally:
             await self._pipeline.close()
-
-    def _keep(self, settled: SettledProbe) -> None:
-        """Have an answer recorded as it comes; its round may still turn out void, and is then recorded so."""
-        finding = self._judged(settled)
-        if finding != self.earlier.findings.get(finding.number):
-            self._kept[finding.number] = finding
-            self.recorder.record(finding)
 
     async def _records(self) -> AsyncIterator[Record]:
         """Yield a heading, then findings and notes as they come, then a summary."""
@@ -125,6 +120,7 @@ class Engine:
         yield Summary(
             dict(Counter(finding.outcome for finding in self.findings)),
             loop.time() - began,
+            sum(finding.attempts > 0 for finding in self.findings),
             self._line.frames_sent,
             complete=not self._over,
         )
@@ -136,29 +132,31 @@ class Engine:
         return self.stop.is_set() or self._line.lost is not None
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
-        """Call on the robot and measure the nodes that the first probes need; say what was seen."""
+        """Wake and identify the robot, calibrate the nodes of the first stage; return what was seen."""
         robot = self.link.policy.robot
-        open_ = [probe for number, probe in enumerate(probes, 1) if number not in self.earlier.findings]
+        nodes = self._nodes_to_calibrate(probes)
         firmware: dict[str, str] = {}
-        profiles: dict[int | None, Profile] = {}
 
-        async def call() -> None:
+        async def introduce() -> None:
             self.on_step("wake")
             await wake(self._line.link, self.target)
             self.on_step("first answer")
             firmware.update(await read_firmware(self._line.link, self.target))
-            if not self._prober.link.answers:
+            if not self._line.link.answers:
                 await ask_well_known(self._line.link, WellKnown.ECHO, self.target, attempts=1)
-            if not self._prober.link.answers:
+            if not self._line.link.answers:
                 raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
             self._line.expect_firmware(firmware)
-            profiles.update({profile.target: profile for profile in await self._prober.calibrate_for(open_)})
-            for target in profiles or (self.target,):
+            for target in nodes:
+                if target not in self._prober.profiles:
+                    await self._prober.calibrate(target)
+            for target in nodes or [self.target]:
                 await self._pipeline.health.passes(target)
 
-        await self._line.with_reconnect(call)
+        await self._line.with_reconnect(introduce)
         if self._over:
             return []
+        profiles = self._prober.profiles
         heading = Heading(
             robot=robot.key if robot else "",
             model=robot.name if robot else "unknown model",
@@ -175,8 +173,23 @@ class Engine:
         notes = [calibration_note(profile, robot) for profile in profiles.values()]
         return [heading, *notes, *self._take_notes()]
 
+    def _nodes_to_calibrate(self, probes: Sequence[Probe]) -> list[int | None]:
+        """Return the nodes that have a probe whose harmlessness depends on their length checks.
+
+        Of each node, probes are looked at until one needs that; what was filled in for it is kept.
+        """
+        nodes: list[int | None] = []
+        for number, probe in enumerate(probes, 1):
+            target = self.target if probe.command.target is None else probe.command.target
+            if target in nodes or number in self.earlier.findings:
+                continue
+            self._filled[number] = self._prober.fill(number, probe)
+            if self._prober.must_calibrate(self._filled[number]):
+                nodes.append(target)
+        return nodes
+
     async def _stage(self, probes: Sequence[Probe]) -> AsyncIterator[Record]:
-        """Ask the probes of one stage in rounds; then the silent ones again, alone."""
+        """Send the probes of one stage, then the silent ones again; yield their findings."""
         first = self.total + 1
         self.total += len(probes)
         self._pipeline.loss.probes = self.total
@@ -187,15 +200,17 @@ class Engine:
             if settled := self._settled_earlier(number, probe):
                 yield settled
                 continue
-            if self._prober.must_measure(probe):
+            filled = self._filled.pop(number, None) or self._prober.fill(number, probe)
+            if self._prober.must_calibrate(filled):
                 for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.settle()):
                     yield record
                 chunk = []
-            asked, measured = await self._prepare(number, probe)
-            if measured:
-                yield calibration_note(measured, self.link.policy.robot)
-            if asked:
-                chunk.append(asked)
+                notes = await self._calibrate(filled.command.target)
+                if not notes:
+                    break
+                for note in notes:
+                    yield note
+            chunk.append(self._prober.prepare(filled))
             if len(chunk) >= PROBES_PER_CHECK:
                 for record in self._settle(await self._pipeline.feed(chunk)):
                     yield record
@@ -203,72 +218,74 @@ class Engine:
         for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish()):
             yield record
 
-    async def _verify(self) -> AsyncIterator[Record]:
-        """Ask what exists or was silent, and one in twenty of the absent, again with one in flight.
+    async def _calibrate(self, target: int | None) -> list[Note]:
+        """Calibrate a node; nothing where the link is gone for good meanwhile."""
 
-        Whoever does not say the same again proves nothing: his finding is replaced by an inconclusive one.
+        async def calibrate() -> None:
+            await self._prober.calibrate(target)
+
+        await self._line.with_reconnect(calibrate)
+        profile = self._prober.profiles.get(target)
+        return [calibration_note(profile, self.link.policy.robot)] if profile else []
+
+    async def _verify(self) -> AsyncIterator[Record]:
+        """Send what exists or was silent, and one in twenty of the absent, again with one in flight.
+
+        A probe that ends differently proves nothing: an inconclusive finding replaces its first one.
         """
-        self._pipeline.narrow(1)
-        self._pipeline.on_answer = lambda _: None  # only a changed word is news
+        self._pipeline.limit_in_flight(1)
+        self._pipeline.on_answer = self._finding  # recorded only where it differs
         before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
         chunk: list[PreparedProbe] = []
         for number, finding in sorted(before.items()):
-            asked = self._prober.complete(number, Probe(finding.command, exact=True))
-            if asked.risk <= Risk.PROBE and not asked.blocked:
-                chunk.append(asked)
+            prepared = self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
+            if prepared.risk <= Risk.PROBE and not prepared.blocked:
+                chunk.append(prepared)
         settled = await self._pipeline.feed(chunk)
         if not self._over:
             settled += await self._pipeline.finish()
-        for record in self._settle(settled):
-            if not isinstance(record, Finding):
-                yield record
-            elif (old := before[record.number]) and not _agree(old, record):
-                said = f"said {_word(old)} first, then {_word(record)}"
-                new = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
-                self.findings[self.findings.index(old)] = new
-                yield new
-
-    async def _prepare(self, number: int, probe: Probe) -> tuple[PreparedProbe | None, Profile | None]:
-        """Make a probe ready; None when the line is gone for good while its node is measured."""
-        made: list[tuple[PreparedProbe, Profile | None]] = []
-
-        async def prepare() -> None:
-            made.append(await self._prober.prepare(number, probe))
-
-        await self._line.with_reconnect(prepare)
-        return made[0] if made else (None, None)
+        for note in self._take_notes():
+            yield note
+        for again in sorted(settled, key=lambda one: one.asked.number):
+            new, old = again.finding or self._finding(again), before[again.asked.number]
+            if not _agree(old, new):
+                said = f"answered {_word(old)} first, then {_word(new)}"
+                changed = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
+                self.findings[self.findings.index(old)] = changed
+                self.recorder.record(changed)
+                yield changed
 
     def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
-        """Return what probes brought to light, and what was said besides."""
+        """Return the notes so far and the findings of settled probes, in order."""
         ordered = sorted(settled, key=lambda one: one.asked.number)
-        return [*self._take_notes(), *map(self._judged, ordered)]
+        return [*self._take_notes(), *(one.finding or self._judge(one) for one in ordered)]
 
-    def _judged(self, settled: SettledProbe) -> Finding:
-        """Return the finding of a probe; doubt makes it inconclusive."""
-        finding = self._finding(settled.asked, settled.tried)
-        if settled.doubt:
-            return finding._replace(outcome=Outcome.INCONCLUSIVE, note=settled.doubt)
+    def _judge(self, settled: SettledProbe) -> Finding:
+        """Judge a settled probe and have the recorder keep the finding."""
+        finding = self._finding(settled)
+        self.recorder.record(finding)
         return finding
 
+    def _finding(self, settled: SettledProbe) -> Finding:
+        """Return the finding of a settled probe; doubt makes it inconclusive."""
+        probe, result, doubt, _ = settled
+        masked = self._prober.masks(probe.command.target)
+        finding = finding_of(probe, result, self.link.codec, masked=masked)
+        return finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt) if doubt else finding
+
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
-        """Return what an interrupted run found out about this very probe, None where it is to be asked."""
+        """Return what an interrupted run found out about this very probe, None where it is to be sent."""
         finding = self.earlier.findings.get(number)
         if finding and finding.command[:2] == probe.command[:2]:
             return finding
         risk = self.earlier.doubtful.get(number, Risk.READ)
         if risk > Risk.PROBE:
-            asked = self._prober.complete(number, probe)._replace(risk=risk)
-            unasked = Silent(asked.command, 0, b"", 0.0)
-            note = "sent before the run was interrupted, may have been executed: not sent again"
-            found = self._finding(asked, ProbeResult(unasked, 1))
-            return found._replace(outcome=Outcome.INCONCLUSIVE, note=note)
+            prepared = self._prober.prepare(self._prober.fill(number, probe))._replace(risk=risk)
+            return self._judge(SettledProbe(prepared, no_result(prepared, 1), EXECUTED_BEFORE))
         return None
 
-    def _finding(self, asked: PreparedProbe, tried: ProbeResult) -> Finding:
-        return finding_of(asked, tried, self.link.codec, masked=self._prober.masks(asked.command.target))
-
     def _hear_unsolicited(self, unsolicited: Unsolicited) -> None:
-        """Keep what was said besides; a late answer still settles its own probe."""
+        """Keep what else was heard; a late answer still settles its own probe."""
         if isinstance(unsolicited, LateResponse) and isinstance(unsolicited.earlier, Silent):
             self._pipeline.hear(unsolicited)
         self._notes.append(note_of(unsolicited, self.link.codec, self.link.policy.robot))

@@ -100,13 +100,15 @@ class Summary(NamedTuple):
     Attributes:
         counts: outcome -> number of findings.
         seconds: how long it took.
-        probes_sent: frames sent for probes, repetitions included.
+        probes_sent: probes that were sent, each counted once.
+        frames_sent: command frames sent, with repetitions, calibration and health checks.
         complete: False when it was stopped early.
     """
 
     counts: dict[Outcome, int]
     seconds: float
     probes_sent: int
+    frames_sent: int
     complete: bool = True
 
 

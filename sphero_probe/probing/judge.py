@@ -3,8 +3,8 @@
 from typing import Final, NamedTuple, assert_never
 
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
-from sphero_probe.probing.prober import PreparedProbe, ProbeResult
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Verdict
 

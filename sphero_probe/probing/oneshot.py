@@ -9,10 +9,11 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.probing.prober import Prober
 from sphero_probe.protocol.packets import Command
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import Reconnector
@@ -34,7 +35,10 @@ async def send_once(
     """
     prober = Prober(Reconnector(link, command.target), command.target)
     prober.intend = intend or prober.intend
-    asked, _ = await prober.prepare(number, Probe(command, exact=True))
+    filled = prober.fill(number, Probe(command, exact=True))
+    if prober.must_calibrate(filled):
+        await prober.calibrate(command.target)
+    asked = prober.prepare(filled)
     exchange, attempts = await prober.ask(asked, alone=True)
     while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and asked.risk <= Risk.WRITE:
         await wake(link, command.target)

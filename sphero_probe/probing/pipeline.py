@@ -9,16 +9,17 @@ again, and what was in flight is asked alone, so that the probe that drops it tw
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent
 from sphero_probe.link.pacing import LONGEST_TIMEOUT, MAX_ATTEMPTS
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
-from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.retries import (
     EXECUTED,
     LOST,
@@ -35,6 +36,9 @@ from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import PAUSES, Reconnector
 
+if TYPE_CHECKING:
+    from sphero_probe.probing.finding import Finding
+
 ROUNDS: Final = 3
 """How often a probe may turn out void before it is given up as inconclusive."""
 _SLOWER: Final = 1.5
@@ -49,7 +53,7 @@ class Pipeline:
         health: tells whether the robot is itself.
         unanswered: number -> what stayed silent so far.
         loss: what the line was seen to lose.
-        on_answer: told of each answer as it comes, and of each that turns out void, before the canary's word.
+        on_answer: judges each answer as it comes, and each that turns out void.
     """
 
     def __init__(self, prober: Prober, line: Reconnector, stop: asyncio.Event) -> None:
@@ -57,7 +61,7 @@ class Pipeline:
         self.health = HealthCheck(prober)
         self.unanswered: dict[int, SilentProbe] = {}
         self.loss = LossEstimate()
-        self.on_answer: Callable[[SettledProbe], None] = _ignore
+        self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
         self._prober = prober
         self._stop = stop
         self._confirmations = Confirmations()
@@ -70,7 +74,7 @@ class Pipeline:
         self._settled: list[SettledProbe] = []
         self._slowest = 0.0
 
-    def narrow(self, width: int | None) -> None:
+    def limit_in_flight(self, width: int | None) -> None:
         """Keep no more probes than this in flight; None for as many as the robot bears."""
         self._scheduler.width = width
 
@@ -191,7 +195,7 @@ class Pipeline:
             self.unanswered.pop(asked.number, None)
             self.loss.learn(earlier.attempts + 1 if earlier else 1)
             settled = SettledProbe(asked, tried._replace(attempts=attempts))
-            self.on_answer(settled)
+            settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
             return
         one = self.unanswered.setdefault(asked.number, SilentProbe(asked, tried.exchange, 0))
@@ -232,7 +236,7 @@ class Pipeline:
         for settled in void.answered:
             asked = settled.asked
             if asked.risk > Risk.WRITE:  # executed is executed: it is not repeated
-                self._settled.append(settled._replace(doubt=NOT_ITSELF))
+                self._settled.append(settled._replace(doubt=NOT_ITSELF, finding=None))
             elif self._may_repeat(asked):
                 self.on_answer(SettledProbe(asked, no_result(asked, 1), NOT_ITSELF))
                 self._scheduler.todo.appendleft(asked)
@@ -292,4 +296,4 @@ class Pipeline:
 
 
 def _ignore(_: SettledProbe) -> None:
-    pass
+    return None

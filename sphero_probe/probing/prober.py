@@ -1,15 +1,16 @@
-"""One probe at a time: a probe in, made ready by catalogue and calibration; how asking it ended out."""
+"""One probe at a time: preparing it from the catalogue and what was measured, and sending it."""
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.exchange import Answered, Blocked, Exchange
+from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.link import Link
-from sphero_probe.link.policy import WRONG_LENGTH, Consent
+from sphero_probe.link.policy import WRONG_LENGTH, Consent, is_wrong_length
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.calibration import Calibration, Profile, Strictness
 from sphero_probe.probing.plan import Probe
 from sphero_probe.protocol.packets import Command, Verdict
@@ -21,36 +22,18 @@ BUSY_PAUSE: Final = 0.1
 """Seconds before a busy robot is asked again; doubled each time."""
 
 
-class PreparedProbe(NamedTuple):
-    """A probe made ready.
+class FilledProbe(NamedTuple):
+    """A probe with everything filled in that needs no measurement.
 
     Attributes:
         number: its place in the run, from 1.
-        command: with node and payload filled in.
-        risk: the class of sending it.
+        command: with node and payload.
         knowledge: the catalogue's row for this robot, None where there is none.
-        blocked: why it must not be sent, empty when it may.
-        is_last_try: it gets the whole timeout, whatever is answered meanwhile.
     """
 
     number: int
     command: Command
-    risk: Risk
     knowledge: CommandRow | None
-    blocked: str
-    is_last_try: bool = False
-
-    @property
-    def is_expected(self) -> bool:
-        """Whether an answer is sure to come: it is a documented query."""
-        return self.knowledge is not None and self.knowledge.risk is Risk.READ and self.risk is Risk.READ
-
-
-class ProbeResult(NamedTuple):
-    """How asking a probe ended, and how often it went out for that."""
-
-    exchange: Exchange
-    attempts: int
 
 
 def _forget(_: PreparedProbe) -> None:
@@ -58,7 +41,7 @@ def _forget(_: PreparedProbe) -> None:
 
 
 class Prober:
-    """Asks one robot over one link.
+    """Prepares and sends the probes of one run.
 
     Attributes:
         profiles: node -> what calibration measured on it.
@@ -83,51 +66,8 @@ class Prober:
         profile = self.profiles.get(target)
         return profile is None or profile.strictness is not Strictness.STRICT
 
-    def must_measure(self, probe: Probe) -> bool:
-        """Whether ``prepare`` will calibrate the probe's node first."""
-        return self._needs_profile(self._complete(probe)[0])
-
-    async def prepare(self, number: int, probe: Probe) -> tuple[PreparedProbe, Profile | None]:
-        """Fill in node and payload; calibrate the node first when the probe needs that.
-
-        Returns:
-            The probe, and the profile if one was measured just now.
-
-        Raises:
-            LinkLostError: the robot is gone.
-        """
-        command, _ = self._complete(probe)
-        measured = None
-        if self._needs_profile(command):
-            measured = await Calibration(self.link, command.target).measure()
-            self.profiles[command.target] = measured
-        return self.complete(number, probe), measured
-
-    def complete(self, number: int, probe: Probe) -> PreparedProbe:
-        """Fill in node and payload, and judge the probe by what is known so far."""
-        policy = self.link.policy
-        command, row = self._complete(probe)
-        blocked = policy.why_blocked(command) or ""
-        if len(command.payload) > self.link.codec.max_payload:
-            blocked = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
-        return PreparedProbe(number, command, policy.assess(command).risk, row, blocked)
-
-    async def calibrate_for(self, probes: Iterable[Probe]) -> list[Profile]:
-        """Measure every node that one of these probes needs measured; return the profiles.
-
-        Raises:
-            LinkLostError: the robot is gone.
-        """
-        measured: list[Profile] = []
-        for probe in probes:
-            command, _ = self._complete(probe)
-            if self._needs_profile(command):
-                self.profiles[command.target] = await Calibration(self.link, command.target).measure()
-                measured.append(self.profiles[command.target])
-        return measured
-
-    def _complete(self, probe: Probe) -> tuple[Command, CommandRow | None]:
-        """Fill in node and payload; return the command and what is known of it."""
+    def fill(self, number: int, probe: Probe) -> FilledProbe:
+        """Fill in node and payload, and look up what is known of the pair."""
         policy = self.link.policy
         command = probe.command
         if command.target is None:
@@ -135,13 +75,31 @@ class Prober:
         row = lookup(self.link.codec.generation, command.did, command.cid, policy.robot)
         if not probe.exact and not command.payload:
             command = command._replace(payload=payload_for(row, policy.consent))
-        return command, row
+        return FilledProbe(number, command, row)
 
-    def _needs_profile(self, command: Command) -> bool:
-        """Whether how this node treats lengths matters for the command, and is not yet known."""
-        policy = self.link.policy
-        by_length = policy.assess(command).risk is Risk.PROBE or policy.hinges_on_length_check(command)
-        return by_length and command.target not in self.profiles
+    def must_calibrate(self, filled: FilledProbe) -> bool:
+        """Whether how the probe's node treats lengths matters, and was not measured yet."""
+        return filled.command.target not in self.profiles and is_wrong_length(
+            filled.command, filled.knowledge
+        )
+
+    async def calibrate(self, target: int | None) -> Profile:
+        """Measure how a node treats lengths.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        profile = await Calibration(self.link, target).measure()
+        self.profiles[target] = profile
+        return profile
+
+    def prepare(self, filled: FilledProbe) -> PreparedProbe:
+        """Assess a probe by what was measured so far."""
+        number, command, row = filled
+        risk, _, blocked = self.link.policy.assess(command)
+        if len(command.payload) > self.link.codec.max_payload:
+            blocked = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
+        return PreparedProbe(number, command, risk, row, blocked)
 
     async def ask(
         self, asked: PreparedProbe, before_sending: Callable[[], None] | None = None, *, alone: bool = False

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Finding, Record
-from sphero_probe.probing.prober import PreparedProbe
 
 
 class Recorder(Protocol):

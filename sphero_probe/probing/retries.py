@@ -6,7 +6,8 @@ from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, LateResponse, Silent
-from sphero_probe.probing.prober import PreparedProbe, ProbeResult
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
+from sphero_probe.probing.finding import Finding
 
 LEAST_ATTEMPTS: Final = 2
 """How often what nobody answers is asked at least, on a line that loses nothing."""
@@ -23,6 +24,7 @@ NOT_ITSELF: Final = "the robot was asleep, rebooted or in another mode whenever 
 SUSPECT: Final = "suspect: the link dropped twice while this was asked"
 LOSSY: Final = "no answer, on a line that loses too much to call it silent"
 EXECUTED: Final = "the link dropped: it may have been executed"
+EXECUTED_BEFORE: Final = "sent before the run was interrupted, may have been executed: not sent again"
 
 
 class SettledProbe(NamedTuple):
@@ -32,11 +34,13 @@ class SettledProbe(NamedTuple):
         asked: the probe.
         tried: the exchange and how often it was sent.
         doubt: why the exchange proves nothing, empty when it does.
+        finding: the judgement, once it was judged.
     """
 
     asked: PreparedProbe
     tried: ProbeResult
     doubt: str = ""
+    finding: Finding | None = None
 
 
 class LossEstimate:

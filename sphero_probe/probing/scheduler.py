@@ -8,10 +8,11 @@ from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Exchange
 from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import InFlight
-from sphero_probe.probing.prober import PreparedProbe, Prober, ProbeResult
+from sphero_probe.probing.prober import Prober
 from sphero_probe.protocol.packets import Command
 
 PROBES_PER_CHECK: Final = 16

@@ -6,7 +6,7 @@ from typing import Final
 
 from sphero_probe.reports.rows import Row
 
-SCHEMA_VERSION: Final = 1
+SCHEMA_VERSION: Final = 2
 """Of the rows' keys and their meaning; stands in the first object of a document."""
 
 

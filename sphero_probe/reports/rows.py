@@ -124,6 +124,7 @@ def summary_row(summary: Summary) -> Row:
             "counts": {outcome.value: summary.counts.get(outcome, 0) for outcome in Outcome},
             "seconds": round(summary.seconds, 3),
             "probes_sent": summary.probes_sent,
+            "frames_sent": summary.frames_sent,
             "complete": summary.complete,
         },
     )

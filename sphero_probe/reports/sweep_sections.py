@@ -275,7 +275,7 @@ def ending(summary: Data, lines: Sequence[FindingLine]) -> str:
         for word, count in counts.items()
         if count or word == Outcome.EXISTS.value
     ]
-    probes, frames = _counted(total, "probe"), _counted(_number(summary.get("probes_sent")), "frame")
+    probes, frames = _counted(total, "probe"), _counted(_number(summary.get("frames_sent")), "frame")
     seconds = summary.get("seconds")
     took = f" in {seconds:.1f} s" if isinstance(seconds, int | float) else ""
     return f"{probes}{took}, {frames} sent: {', '.join(told)}"

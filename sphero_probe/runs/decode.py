@@ -196,9 +196,10 @@ def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generati
 
 
 def _summary(fields: Fields) -> Summary:
-    return Summary(
-        {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()},
-        fields.seconds("seconds"),
-        fields.whole("probes_sent", 0, _NUMBERS),
-        fields.flag("complete"),
-    )
+    """Return the end of a run; in journals of version 0.1.0 ``probes_sent`` counted frames."""
+    counts = {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()}
+    probes = fields.whole("probes_sent", 0, _NUMBERS)
+    frames = fields.whole("frames_sent", 0, _NUMBERS) if fields.has("frames_sent") else None
+    if frames is None:
+        probes, frames = sum(counts.values()) - counts.get(Outcome.SKIPPED, 0), probes
+    return Summary(counts, fields.seconds("seconds"), probes, frames, fields.flag("complete"))

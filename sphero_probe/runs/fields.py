@@ -60,6 +60,10 @@ class Fields:
     def __init__(self, data: dict[str, object]) -> None:
         self._data = data
 
+    def has(self, key: str) -> bool:
+        """Whether the line has this field."""
+        return key in self._data
+
     def whole(self, key: str, least: int, most: int) -> int:
         """A whole number within bounds."""
         value = self._data.get(key)

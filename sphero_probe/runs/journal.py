@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final, Self
 
 from sphero_probe.errors import BadInputFileError, OutputError
+from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Finding, Heading, Record
-from sphero_probe.probing.prober import PreparedProbe
 from sphero_probe.runs.decode import Opening
 from sphero_probe.runs.encode import encode, encode_finding, encode_intent
 from sphero_probe.runs.reader import FLAGS, Recorded, read_descriptor, why
@@ -36,7 +36,6 @@ class Journal:
         self.path = path
         self.recorded = recorded
         self.resumable = recorded is not None and recorded.opening is not None
-        self._settled = recorded.earlier().findings if recorded else {}
         self._descriptor = descriptor
         self._ours = ours
         self._failed: OutputError | None = None
@@ -117,15 +116,14 @@ class Journal:
         self._write(encode_intent(asked.number, asked.command, asked.risk))
 
     def record(self, record: Record) -> None:
-        """Write what came to light, unless it stands here already.
+        """Write what the run found.
 
         Raises:
             OutputError: it cannot be written.
             BadInputFileError: the heading tells that this is not the robot of the run so far.
         """
         if isinstance(record, Finding):
-            if self._settled.get(record.number) is not record:
-                self._write(encode_finding(record))
+            self._write(encode_finding(record))
             return
         earlier = self.recorded.headings if self.recorded else ()
         if isinstance(record, Heading):

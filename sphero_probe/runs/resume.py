@@ -18,9 +18,9 @@ from sphero_probe.errors import (
     UsageError,
 )
 from sphero_probe.link.policy import Consent
+from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Record
 from sphero_probe.probing.plan import Plan
-from sphero_probe.probing.prober import PreparedProbe
 from sphero_probe.probing.recorder import PreviousResults
 from sphero_probe.runs.decode import Opening, digest_of
 from sphero_probe.runs.journal import Journal, check_same_robot

@@ -74,7 +74,7 @@ def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli, tmp_path
     ran = cli("sweep", "--did", "0x13", "--device", f"fake:bolt-plus?ledger={ledger}", "--format", "jsonl")
     rows = objects(ran.out)
     assert rows[0]["type"] == "run"
-    assert rows[0]["schema_version"] == 1
+    assert rows[0]["schema_version"] == 2
     assert all("schema_version" not in row for row in rows[1:])
     findings = [row for row in rows if row["type"] == "finding"]
     assert sorted(row["cid"] for row in findings) == list(range(256))

@@ -13,6 +13,7 @@ from sphero_probe.catalogue import (
     ROBOTS,
     all_rows,
     commands_of,
+    lookup,
     rows_of,
 )
 from sphero_probe.catalogue.model import Kind
@@ -24,6 +25,7 @@ from sphero_probe.link.policy import (
     Assessment,
     Consent,
     Policy,
+    is_wrong_length,
     why_blocked,
 )
 from sphero_probe.protocol.packets import Command, Generation
@@ -338,7 +340,7 @@ def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
 
 
 @pytest.mark.parametrize(
-    ("command", "hinges"),
+    ("command", "depends"),
     [
         pytest.param(at(0x50, 0x01, bytes(11)), True, id="unknown, wrong length"),
         pytest.param(at(0x50, 0x01), False, id="unknown, empty"),
@@ -346,18 +348,25 @@ def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
         pytest.param(at(0x16, 0x07, bytes(11)), True, id="motion, wrong length"),
         pytest.param(at(0x16, 0x07, bytes(4)), False, id="motion, proper"),
         pytest.param(at(0x13, 0x00, bytes(11)), False, id="brick, wrong length"),
-        pytest.param(at(0x1D, 0x70, bytes(11)), False, id="unknown of a dangerous device"),
     ],
 )
-def test_what_hinges_on_the_length_check(command, hinges):
+def test_what_depends_on_the_length_check(command, depends):
     gate = policy(ROBOTS["rvr"])
     before = gate.assess(command)
-    assert gate.hinges_on_length_check(command) == hinges
-    assert gate.assess(command) == before
+    assert is_wrong_length(command, lookup(V2, command.did, command.cid, ROBOTS["rvr"])) == depends
     gate.trust_length_check(NODE)
-    assert not gate.hinges_on_length_check(command)
-    assert (gate.assess(command).risk < before.risk) == hinges
-    assert gate.hinges_on_length_check(command._replace(target=0x12)) == hinges
+    assert (gate.assess(command).risk < before.risk) == depends
+
+
+def test_assessments_are_kept_until_something_is_measured():
+    gate = policy()
+    probe = at(0x50, 0x01, bytes(WRONG_LENGTH))
+    before = gate.assess(probe)
+    assert gate.assess(probe) is before
+    revision = gate.revision
+    gate.trust_length_check(NODE)
+    assert gate.revision > revision
+    assert gate.assess(probe).risk < before.risk
 
 
 EXAMPLES = {
@@ -392,7 +401,7 @@ def test_reasons_name_the_flag(robot):
     gate = policy(robot)
     for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
         command = at(did, cid, bytes(length))
-        risk, phrase = gate.assess(command)
+        risk, phrase, _ = gate.assess(command)
         reason = gate.why_blocked(command)
         if reason is None:
             assert risk <= Risk.PROBE

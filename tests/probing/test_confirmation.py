@@ -6,8 +6,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
-from sphero_probe.probing.prober import PreparedProbe, ProbeResult
 from sphero_probe.probing.retries import SettledProbe
 from sphero_probe.protocol.packets import Command, Response
 

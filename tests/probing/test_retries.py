@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Silent
-from sphero_probe.probing.prober import PreparedProbe, ProbeResult
+from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.retries import (
     _DOUBT,
     FALSE_SILENCES,

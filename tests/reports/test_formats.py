@@ -61,7 +61,7 @@ def objects(form: str, shown: str) -> list[dict]:
 def test_json_formats_hold_the_rows_as_they_are(form):
     held = objects(form, rendered(form, RUN))
     assert list(held[0])[:2] == ["type", "schema_version"]
-    assert held[0].pop("schema_version") == 1
+    assert held[0].pop("schema_version") == 2
     assert held == [{"type": row.type, **row.data} for row in RUN]
     assert [list(one) for one in held] == [["type", *row.data] for row in RUN]
 

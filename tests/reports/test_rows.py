@@ -165,6 +165,7 @@ def test_summary_counts_all_five_outcomes():
         "counts": {"exists": 1, "absent": 0, "silent": 1, "skipped": 0, "inconclusive": 0},
         "seconds": 1.234,
         "probes_sent": 2,
+        "frames_sent": 2,
         "complete": True,
     }
 

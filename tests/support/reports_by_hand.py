@@ -109,7 +109,7 @@ def refused(
 
 def summary(findings: Iterable[Finding], *, complete: bool = True) -> Summary:
     counts: dict[Outcome, int] = dict(Counter(finding.outcome for finding in findings))
-    return Summary(counts, 1.234, sum(counts.values()), complete)
+    return Summary(counts, 1.234, sum(counts.values()), sum(counts.values()), complete)
 
 
 def run_of(findings: Sequence[Finding], notes: Sequence[Row] = (), *, complete: bool = True) -> list[Row]:
