@@ -113,7 +113,7 @@ def doctor(cli, monkeypatch) -> Doctor:
         keys = {"type", "name", "state", "seen", "fix"}
         assert all(set(check) - {"schema_version"} == keys for check in checks)
         assert {check["type"] for check in checks} == {"check"}
-        assert [check.get("schema_version") for check in checks] == [1] + [None] * (len(checks) - 1)
+        assert [check.get("schema_version") for check in checks] == [2] + [None] * (len(checks) - 1)
         page = Page({check["name"]: check for check in checks})
         assert len(page) == len(checks)
         assert {check["state"] for check in checks} <= {"ok", "warn", "fail", "skipped"}
