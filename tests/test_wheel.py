@@ -13,7 +13,7 @@ from sphero_probe import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
 PLANS = {path.stem for path in (ROOT / "probe_plans").glob("*.py")}
-DEPENDENCIES = "import bleak, click, rich"
+DEPENDENCIES = "import bleak, click, platformdirs, rich"
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_the_installed_tool_is_whole(request, tmp_path, python):
     if python != sys.executable:
         asked = subprocess.run([python, "-c", DEPENDENCIES], capture_output=True, check=False)
         if asked.returncode:
-            pytest.skip(f"{python} lacks bleak, click or rich")
+            pytest.skip(f"{python} lacks bleak, click, platformdirs or rich")
     site = request.getfixturevalue("installed")
 
     def probe(*words: str) -> str:

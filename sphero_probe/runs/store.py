@@ -1,37 +1,42 @@
-"""Where journals are kept: the names of robot and plan go in, a new file comes out, and those there are."""
+"""The folder of journals: create a file for a new run, list the kept ones, find one by name."""
 
 import os
 import re
-from collections.abc import Mapping
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.errors import BadInputFileError, OutputError
+from sphero_probe.runs.folders import former_state_folder, state_folder
 
 if TYPE_CHECKING:
     from sphero_probe.runs.journal import Journal
 
 LAST: Final = "last"
 """Stands for the journal that was written last."""
+_RUNS: Final = "runs"
 _SUFFIX: Final = ".jsonl"
 _NOT_SLUG: Final = re.compile(r"[^a-z0-9]+")
 _SLUG: Final = 40
 
 
-def runs_folder(environment: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of the journals, below the XDG state directory; it need not exist.
+def runs_folder() -> Path:
+    """Return the folder of the journals; it need not exist.
 
     Raises:
-        OutputError: nobody knows where the home is.
+        OutputError: the home folder is not known.
     """
-    state = Path(environment.get("XDG_STATE_HOME", ""))
     try:
-        base = state if state.is_absolute() else Path.home() / ".local" / "state"
+        return state_folder() / _RUNS
     except RuntimeError as error:
         raise OutputError(f"no place for journals: {error}", "set XDG_STATE_HOME") from error
-    return base / "sphero-probe" / "runs"
+
+
+def _folders() -> list[Path]:
+    """Return the folders in which runs may be kept: that of today first, then that of version 0.1.0."""
+    former = former_state_folder()
+    return [runs_folder(), *([former / _RUNS] if former else [])]
 
 
 def slug(text: str) -> str:
@@ -69,28 +74,33 @@ def create_journal(robot: str, plan: str, *, now: datetime) -> "Journal":
 
 
 def journal_files() -> list[Path]:
-    """Return the journals in the folder, the last written first.
+    """Return the kept journals, the last written first.
 
     Raises:
-        OutputError: nobody knows where the folder is.
+        OutputError: the home folder is not known.
+        BadInputFileError: a folder cannot be read.
     """
-    found: list[tuple[int, Path]] = []
-    try:
-        with os.scandir(runs_folder()) as entries:
-            found.extend(
-                (entry.stat().st_mtime_ns, Path(entry.path))
-                for entry in entries
-                if entry.name.endswith(_SUFFIX) and entry.is_file()
-            )
-    except FileNotFoundError:
-        pass
-    except OSError as error:
-        raise BadInputFileError(f"{runs_folder()}: {error.strerror}") from error
+    found = [entry for folder in _folders() for entry in _journals_in(folder)]
     return [path for _, path in sorted(found, reverse=True)]
 
 
+def _journals_in(folder: Path) -> list[tuple[int, Path]]:
+    """Return the time of the last write, in ns, and the path of each journal."""
+    try:
+        with os.scandir(folder) as entries:
+            return [
+                (entry.stat().st_mtime_ns, Path(entry.path))
+                for entry in entries
+                if entry.name.endswith(_SUFFIX) and entry.is_file()
+            ]
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise BadInputFileError(f"{folder}: {error.strerror}") from error
+
+
 def find_journal(text: str) -> Path:
-    """Return the file that a person means: a path, a name in the folder, or ``last``.
+    """Return the journal that the user means: a path, a name in the list of runs, or ``last``.
 
     Raises:
         BadInputFileError: there is none.
@@ -102,7 +112,7 @@ def find_journal(text: str) -> Path:
         return files[0]
     named = [Path(text)]
     if Path(text).name == text:
-        named += [runs_folder() / text, runs_folder() / f"{text}{_SUFFIX}"]
+        named += [folder / name for folder in _folders() for name in (text, f"{text}{_SUFFIX}")]
     for path in named:
         try:
             if os.path.lexists(path):

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from sphero_probe.cli.output import FORMATS
-from sphero_probe.errors import OutputError
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.store import runs_folder, slug
 
@@ -295,20 +294,6 @@ def test_without_a_place_the_run_goes_on_with_a_warning(cli, monkeypatch, tmp_pa
     assert ran.err.startswith("warning: no journal is kept: cannot write")
     assert len(ran.err.splitlines()) == 1
     assert cli("runs").code in (0, 8)
-
-
-def test_the_place_is_the_state_folder(monkeypatch, tmp_path):
-    assert runs_folder({"XDG_STATE_HOME": "/x"}) == Path("/x/sphero-probe/runs")
-    monkeypatch.setenv("HOME", str(tmp_path))
-    for environment in ({}, {"XDG_STATE_HOME": ""}, {"XDG_STATE_HOME": "not/absolute"}):
-        assert runs_folder(environment) == tmp_path / ".local/state/sphero-probe/runs"
-
-    def homeless() -> Path:
-        raise RuntimeError("no home")
-
-    monkeypatch.setattr(Path, "home", homeless)
-    with pytest.raises(OutputError, match="no home"):
-        runs_folder({})
 
 
 @pytest.mark.parametrize(

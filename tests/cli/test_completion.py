@@ -286,10 +286,3 @@ def test_where_nothing_can_be_kept_the_scan_goes_on(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     remember(NEARBY)
     assert recall() == []
-
-
-def test_the_folder_is_the_cache_of_the_person():
-    assert cache_file({"XDG_CACHE_HOME": "/c"}) == Path("/c/sphero-probe/last_scan.json")
-    beneath = cache_file({"XDG_CACHE_HOME": "not/absolute"})
-    assert beneath
-    assert beneath.parts[-3:] == (".cache", "sphero-probe", "last_scan.json")

@@ -693,11 +693,11 @@ def test_a_place_for_journals_is_looked_at_and_not_made(here, monkeypatch):
 
 
 def test_without_a_home_there_is_no_place_for_journals(monkeypatch):
-    def homeless() -> Path:
+    def homeless(*_: object, **__: object) -> Path:
         raise RuntimeError("nobody knows the home")
 
     monkeypatch.delenv("XDG_STATE_HOME")
-    monkeypatch.setattr(Path, "home", homeless)
+    monkeypatch.setattr("platformdirs.user_state_path", homeless)
     look = machine_checks.journal_folder()
     assert look.state is State.FAIL
     assert "XDG_STATE_HOME" in look.fix

@@ -1,9 +1,10 @@
-"""The robots of the last scan: what was seen goes in, words that a shell may offer come out."""
+"""The robots of the last scan, kept in a cache file, so that a shell can complete their names."""
 
-import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from sphero_probe.runs.folders import cache_folder
 
 if TYPE_CHECKING:
     from sphero_probe.transports.base import Seen
@@ -30,14 +31,12 @@ class Remembered(NamedTuple):
     model: str
 
 
-def cache_file(environment: Mapping[str, str] = os.environ) -> Path | None:
-    """Return the file below the XDG cache directory; None where nobody knows where the home is."""
-    cache = Path(environment.get("XDG_CACHE_HOME", ""))
+def cache_file() -> Path | None:
+    """Return the file in the cache folder; None where the home folder is not known."""
     try:
-        base = cache if cache.is_absolute() else Path.home() / ".cache"
+        return cache_folder() / "last_scan.json"
     except RuntimeError:
         return None
-    return base / "sphero-probe" / "last_scan.json"
 
 
 def remember(seen: Iterable["Seen"]) -> None:
