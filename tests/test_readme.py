@@ -1,4 +1,4 @@
-"""The README keeps its promises: every command line in it runs, every command stands in it."""
+"""The README and the pages in docs/ keep their promises: every command line runs, every command is shown."""
 
 import re
 import shlex
@@ -14,18 +14,28 @@ from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-LINES = re.findall(r"^\$ sphero-probe (.+)$", README, re.MULTILINE)
+PAGES = {"README.md": README} | {
+    f"docs/{path.name}": path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("*.md"))
+}
+LINE = re.compile(r"^(?:\$|\s+- run:) sphero-probe (.+)$", re.MULTILINE)
+"""In a transcript, or in the steps of a workflow file."""
+LINES = {line: page for page, text in reversed(PAGES.items()) for line in LINE.findall(text)}
+"""Command line -> the first page that shows it."""
 SETUP = re.findall(r"^python3 -m venv .+$", README, re.MULTILINE)
 
 
 def test_it_is_short_and_starts_with_a_transcript():
     assert len(README.splitlines()) < 250
     assert README.index("```console") < README.index("\n## ")
-    assert len(LINES) >= 15
+    assert len(LINE.findall(README)) >= 15
+
+
+def test_the_cookbook_teaches_by_command_lines() -> None:
+    assert len(LINE.findall(PAGES["docs/cookbook.md"])) >= 12
 
 
 @pytest.mark.unmeasured
-@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("line", [pytest.param(line, id=f"{LINES[line]}: {line}") for line in LINES])
 def test_every_line_runs(cli, line, monkeypatch, tmp_path):
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)

@@ -45,7 +45,7 @@ def cache_folder() -> Path:
 
 
 def former_state_folder() -> Path | None:
-    """Return where version 0.1.0 kept state on every system; None where that is the state folder of today."""
+    """Return where state was kept on every system before; None where that is the state folder of today."""
     if _from_environment("XDG_STATE_HOME"):
         return None
     try:

@@ -34,7 +34,7 @@ def runs_folder() -> Path:
 
 
 def _folders() -> list[Path]:
-    """Return the folders in which runs may be kept: that of today first, then that of version 0.1.0."""
+    """Return the folders in which runs may be kept: that of today first, then the former one."""
     former = former_state_folder()
     return [runs_folder(), *([former / _RUNS] if former else [])]
 

@@ -1,4 +1,4 @@
-"""Where journals and the last scan are kept, on Linux and macOS, and what older versions left behind.
+"""Where journals and the last scan are kept, on Linux and macOS, and what was kept elsewhere before.
 
 The paths of macOS come from platformdirs' own class for it.
 """
@@ -68,7 +68,7 @@ def test_xdg_decides_on_macos_too(mac_home: Path, monkeypatch: pytest.MonkeyPatc
     assert former_state_folder() is None
 
 
-def test_runs_of_an_older_version_are_found_on_macos(mac_home: Path, cli: Cli) -> None:
+def test_runs_in_the_former_folder_are_found_on_macos(mac_home: Path, cli: Cli) -> None:
     assert cli(*SWEEP).code == 0
     (run,) = journal_files()
     former = mac_home / ".local/state/sphero-probe/runs"

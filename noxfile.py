@@ -1,0 +1,57 @@
+"""The checks of this project: one session each, run in the environment that nox itself is installed in.
+
+``.ci/run`` calls these sessions, and so does a contributor: ``.venv/bin/nox -s lint``, or ``.venv/bin/nox``
+for all of them. What follows ``--`` goes to the tool: ``.venv/bin/nox -s tests -- tests/protocol``.
+"""
+
+import sys
+from pathlib import Path
+
+import nox
+
+nox.needs_version = ">=2024.10.9"
+nox.options.default_venv_backend = "none"
+nox.options.sessions = ["lint", "types", "architecture", "tests", "bench", "docs"]
+
+
+def python(session: nox.Session, *words: str) -> None:
+    """Run the interpreter of this environment, then what follows ``--`` on nox's command line."""
+    session.run(sys.executable, *words, *session.posargs)
+
+
+@nox.session
+def lint(session: nox.Session) -> None:
+    """Check style and formatting with ruff."""
+    python(session, "-m", "ruff", "check", ".")
+    session.run(sys.executable, "-m", "ruff", "format", "--check", ".")
+
+
+@nox.session
+def types(session: nox.Session) -> None:
+    """Check types with mypy."""
+    python(session, "-m", "mypy")
+
+
+@nox.session
+def architecture(session: nox.Session) -> None:
+    """Check that imports run one way with import-linter."""
+    lint_imports = Path(sys.executable).with_name("lint-imports")
+    session.run(str(lint_imports), *session.posargs)
+
+
+@nox.session
+def tests(session: nox.Session) -> None:
+    """Run the test suite, and check its coverage."""
+    python(session, "-m", "pytest")
+
+
+@nox.session
+def bench(session: nox.Session) -> None:
+    """Run the quick benchmark: it must run; its figures are printed, not judged."""
+    python(session, "-m", "benchmarks", "--quick")
+
+
+@nox.session
+def docs(session: nox.Session) -> None:
+    """Build the documentation into site/; a warning is an error."""
+    python(session, "-m", "mkdocs", "build", "--strict")
