@@ -105,3 +105,12 @@ def test_a_folder_that_cannot_be_read_is_named(home: Path) -> None:
     runs_folder().touch()
     with pytest.raises(BadInputFileError, match=str(home)):
         journal_files()
+
+
+def test_a_folder_that_platformdirs_leaves_relative_is_not_used(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("platformdirs.user_state_path", lambda *_, **__: Path("~/.local/state/sphero-probe"))
+    monkeypatch.chdir(home)
+    with pytest.raises(OutputError, match="home"):
+        runs_folder()
