@@ -5,6 +5,7 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.finding import Note
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Malformed, Notification
 
@@ -71,5 +72,5 @@ def node_name(target: int | None, robot: Robot | None) -> str:
     """Return a node as people call it: ``primary``, ``secondary``, ``node 0x13``, ``robot``."""
     if target is None:
         return "robot"
-    known = robot.nodes.get(target & 0x0F) if robot else None
+    known = robot.nodes.get(Address.from_byte(target).node) if robot else None
     return known or f"node 0x{target:02x}"
