@@ -1,9 +1,9 @@
 """Where a node is: the port that leads to it and its number, which share one byte on the wire.
 
-From "Sending Information via Channels" in Sphero's description of its API [vendor]: an address is seen from the
-sender. The port is the one through which a packet leaves the sender's system, 0 for a node of the same system.
-Node 0 is the wildcard: the system that is reached decides which of its nodes serves the command. The byte is
-port << 4 | node [reference, real]; in the package, only this module takes it apart.
+From "Sending Information via Channels" in Sphero's description of its API [vendor]: an address is seen from
+the sender. The port is the one through which a packet leaves the sender's system, 0 for a node of the same
+system. Node 0 is the wildcard: the system that is reached decides which of its nodes serves the command. The
+byte is port << 4 | node [reference, real]; in the package, only this module takes it apart.
 """
 
 from typing import Final, NamedTuple, Self

@@ -1,4 +1,4 @@
-"""Addresses against Sphero's description of its API and captured bytes; no other module takes the byte apart."""
+"""Addresses against Sphero's description of its API and captured bytes; one module takes the byte apart."""
 
 import ast
 from pathlib import Path
@@ -88,7 +88,8 @@ def nibble_arithmetic(source: str) -> list[str]:
 
 
 def test_nibble_arithmetic_is_found() -> None:
-    source = "_NODE: int = 0x0F\nx = port << 4 | 1\ny = target & 0xF0\nz = byte >> 4\nn = _NODE & b\nb >>= 4\np = b // 16"
+    source = "_NODE: int = 0x0F\nx = port << 4 | 1\ny = target & 0xF0\nz = byte >> 4\n"
+    source += "n = _NODE & b\nb >>= 4\np = b // 16"
     assert len(nibble_arithmetic(source)) == 6
     assert nibble_arithmetic("a = b << 8 | c\nd = e & 0xFF\nf = 1 << 40\ng = 16 * h") == []
 
