@@ -7,6 +7,7 @@ from typing import Final
 from sphero_probe.catalogue import close_names, device_by_name, row_by_name
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import UsageError
+from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Generation
 
 _NUMBER: Final = re.compile(r"0[xX][0-9a-fA-F]{1,8}|[0-9]{1,10}")
@@ -140,14 +141,14 @@ def node(text: str | None, robot: Robot | None, port: int) -> int | None:
         UsageError: this robot has no node of that name.
     """
     if text is None:
-        return port << 4 | 1 if robot is None or robot.addressed else None
+        return Address(port, PRIMARY).byte if robot is None or robot.addressed else None
     if text == "none":
         return None
-    names: dict[str, int] = {"primary": 1, "secondary": 2}
+    names: dict[str, int] = {"primary": PRIMARY, "secondary": 2}
     if robot:
         names |= {name: number for number, name in robot.nodes.items()}
     if text.lower() in names:
-        return port << 4 | names[text.lower()]
+        return Address(port, names[text.lower()]).byte
     if not _NUMBER.fullmatch(text):
         raise UsageError(f"no node named '{text}'", f"known: {', '.join(names)}, none, or a number like 0x12")
     return byte(text, "node")

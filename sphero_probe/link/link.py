@@ -9,6 +9,7 @@ from typing import Any, Final, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
+from sphero_probe.link.events import BytesReceived, Events, ExchangeEnded, FrameSent, UnsolicitedReceived
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent, Unsolicited
 from sphero_probe.link.pacing import FIRST_TIMEOUT, WIDEST, Pace
 from sphero_probe.link.policy import Policy
@@ -34,6 +35,7 @@ class Link:
         frames_sent: how many command frames went out.
         answers: how many responses came, late ones included.
         limit: commands in flight to a node at most, whatever its pace allows.
+        events: told of every frame, exchange and unsolicited packet.
     """
 
     def __init__(
@@ -44,7 +46,7 @@ class Link:
         *,
         timeout: float | None = None,
         window: int | None = None,
-        on_unsolicited: Callable[[Unsolicited], None] = _ignore,
+        events: Events | None = None,
     ) -> None:
         """Take the two ends of the line and the gate.
 
@@ -54,12 +56,12 @@ class Link:
             policy: what may be sent.
             timeout: seconds until a command counts as silent; None measures it, node by node.
             window: commands in flight; None finds out, node by node, how many are borne.
-            on_unsolicited: told of what answers no waiting command.
+            events: the listeners to tell what happens; None begins without any.
         """
         self.policy = policy
         self.codec = codec
         self.frames_sent = self.answers = 0
-        self.on_unsolicited = on_unsolicited
+        self.events = events or Events()
         self.limit = window or WIDEST
         self._transport = transport
         self._tracker = Tracker(codec)
@@ -139,9 +141,12 @@ class Link:
             LinkLostError: the robot is gone.
             ValueError: the command cannot be encoded.
         """
-        risk, _, blocked = self.policy.assess(command)
-        if blocked:
-            return Blocked(command, risk, blocked)
+        risk, _, reason = self.policy.assess(command)
+        if reason:
+            blocked = Blocked(command, risk, reason)
+            if self.events.wanted(ExchangeEnded):
+                self.events.emit(ExchangeEnded(asyncio.get_running_loop().time(), blocked))
+            return blocked
         timeout = timeout or self._timeout
         if risk > Risk.PROBE:
             alone = True
@@ -150,6 +155,8 @@ class Link:
         try:
             before_sending()
             self.frames_sent += 1
+            if self.events.wanted(FrameSent):
+                self.events.emit(FrameSent(asyncio.get_running_loop().time(), claim.frame))
             await self._transport.write(claim.frame)
             return await claim.answer
         except LinkLostError as error:
@@ -222,6 +229,8 @@ class Link:
         try:
             while data := await self._transport.read():
                 now = loop.time()
+                if self.events.wanted(BytesReceived):
+                    self.events.emit(BytesReceived(now, data))
                 for event in self._tracker.hear(data, now=now):
                     self._deliver(event, now)
                 self._admit()
@@ -257,10 +266,13 @@ class Link:
         match event:
             case Answered() | Silent():
                 self._settle(event, now)
+                if self.events.wanted(ExchangeEnded):
+                    self.events.emit(ExchangeEnded(now, event))
             case Blocked():  # never sent, so never heard of
                 pass
             case _:
-                self.on_unsolicited(event)
+                if self.events.wanted(UnsolicitedReceived):
+                    self.events.emit(UnsolicitedReceived(now, event))
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
         """Hand out how a command ended, and let its node's pace learn from it."""

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Answered, Exchange, LateResponse, Silent, Unsolicited
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import (
     Command,
@@ -28,7 +29,6 @@ ECHO: Final = 0.05
 _REMEMBERED: Final = 4096
 """Settled handles that are kept at least as long as they rest, and at most ``REST``."""
 _FROM_ANY_NODE = (Verdict.NO_TARGET, Verdict.TARGET_UNAVAILABLE)
-_NODE = 0x0F
 
 _Handle = tuple[int, int | None, int | None]
 """What an answer is recognised by: its sequence number, and DID and CID where answers name them."""
@@ -183,8 +183,11 @@ class Tracker:
         """Compare what both sides name: DID, CID, and the node's nibble where a source is given."""
         if (response.did, response.cid) not in ((None, None), (command.did, command.cid)):
             return False
-        if response.source is None or command.target is None or not command.target & _NODE:
+        if response.source is None or command.target is None:
+            return True
+        asked = Address.from_byte(command.target)
+        if asked.is_wildcard:
             return True
         if self._codec.verdict(response.code) in _FROM_ANY_NODE:
             return True  # another node answers for the one that is not there
-        return response.source & _NODE == command.target & _NODE
+        return Address.from_byte(response.source).node == asked.node

@@ -18,6 +18,7 @@ from sphero_probe.link.exchange import Answered
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.policy import WRONG_LENGTH
+from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Command, Verdict
 
 _READS_WANTED: Final = 3
@@ -138,7 +139,8 @@ class Calibration:
     async def _setter_without_arguments(self) -> str:
         """Ask the lamps' setter without arguments; return why that speaks against the node, or nothing."""
         robot = self._link.policy.robot
-        if robot is None or robot.leds is None or (robot.leds.node or 1) != (self._target or 1) & 0x0F:
+        node = Address.from_byte(self._target or PRIMARY).node
+        if robot is None or robot.leds is None or (robot.leds.node or PRIMARY) != node:
             return ""
         said = await self._ask(Command(robot.leds.did, robot.leds.cid), "bad data length")
         return "a setter runs without its arguments" if said is Verdict.OK else ""

@@ -13,6 +13,7 @@ from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
 from sphero_probe.link.exchange import LateResponse, Silent, Unsolicited
 from sphero_probe.link.link import Link
+from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.judge import finding_of
@@ -86,10 +87,11 @@ class Engine:
             BadInputFileError: a stage of the plan is broken.
         """
         try:
-            async for record in self._records():
-                if not isinstance(record, Finding):  # findings are recorded as they are judged
-                    self.recorder.record(record)
-                yield record
+            with describe_unsolicited(self.link, self._hear_unsolicited):
+                async for record in self._records():
+                    if not isinstance(record, Finding):  # findings are recorded as they are judged
+                        self.recorder.record(record)
+                    yield record
         finally:
             await self._pipeline.close()
 
@@ -97,7 +99,6 @@ class Engine:
         """Yield a heading, then findings and notes as they come, then a summary."""
         loop = asyncio.get_running_loop()
         began = loop.time()
-        self.link.on_unsolicited = self._hear_unsolicited
         for index, stage in enumerate(self.plan.stages):
             if self._over:
                 break
@@ -284,11 +285,11 @@ class Engine:
             return self._judge(SettledProbe(prepared, no_result(prepared, 1), EXECUTED_BEFORE))
         return None
 
-    def _hear_unsolicited(self, unsolicited: Unsolicited) -> None:
+    def _hear_unsolicited(self, unsolicited: Unsolicited, described: dict[str, object]) -> None:
         """Keep what else was heard; a late answer still settles its own probe."""
         if isinstance(unsolicited, LateResponse) and isinstance(unsolicited.earlier, Silent):
             self._pipeline.hear(unsolicited)
-        self._notes.append(note_of(unsolicited, self.link.codec, self.link.policy.robot))
+        self._notes.append(note_of(unsolicited, described))
 
     def _take_notes(self) -> list[Note]:
         taken, self._notes = self._notes, []

@@ -10,6 +10,7 @@ from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.finding import Finding
 from sphero_probe.probing.notes import node_name
 from sphero_probe.probing.plan import Probe
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Generation
 
 
@@ -48,7 +49,7 @@ def probes_of(
         if robot and not robot.addressed:
             nodes = ()
         for node in nodes or (None,):
-            yield Probe(Command(row.did, row.cid, b"", None if node is None else port << 4 | node))
+            yield Probe(Command(row.did, row.cid, b"", None if node is None else Address(port, node).byte))
 
 
 def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:

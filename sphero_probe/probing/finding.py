@@ -60,7 +60,8 @@ class Note(NamedTuple):
     Attributes:
         kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``run``.
         text: one line for people.
-        data: JSON-able details; bytes as hex strings.
+        data: JSON-able details; bytes as hex strings. What a robot sent unsolicited has ``time``, in RFC 3339
+            UTC, and the keys of ``packet_json``; in journals of version 0.1.0 it has some of them.
     """
 
     kind: str

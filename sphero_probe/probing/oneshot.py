@@ -14,6 +14,7 @@ from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.prober import Prober
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import Reconnector
@@ -59,7 +60,7 @@ async def stop_motors(link: Link, target: int | None) -> None:
     robot = link.policy.robot
     nodes = row.nodes.get(robot.key, ()) if robot else ()
     if target is not None and nodes:
-        target = target & 0xF0 | nodes[0]
+        target = Address.from_byte(target).with_node(nodes[0]).byte
     await link.ask(Command(row.did, row.cid, row.request.zeros(), target), alone=True)
 
 

@@ -45,7 +45,7 @@ class Command(NamedTuple):
         did: device id, 0-255.
         cid: command id, 0-255.
         payload: the argument bytes.
-        target: address byte of the node (port << 4 | node), or None to leave addresses out.
+        target: byte of the node's ``Address``, or None to leave addresses out.
     """
 
     did: int

@@ -5,6 +5,7 @@ A packet is ``FLAGS [EXT] [TID] [SID] DID CID SEQ [ERR] DATA CHK`` between a fra
 
 from typing import Final
 
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec, Decoder
 from sphero_probe.protocol.packets import (
     Command,
@@ -33,8 +34,8 @@ from sphero_probe.protocol.v2_frames import frame
 
 __all__ = ["CLIENT", "FLAG_ACTIVITY", "FLAG_ANSWER", "FLAG_ONLY_ERRORS", "MAX_PAYLOAD", "V2"]
 
-CLIENT: Final = 0x01
-"""The source id that the host's end gives itself: port 0, node 1 [reference, real]."""
+CLIENT: Final = Address(0, 1).byte
+"""The source id that the host's end gives itself [reference, real]."""
 MAX_PAYLOAD: Final = 1024
 """Longest payload the encoder accepts: escaped in full it still fits ``MAX_FRAME``."""
 

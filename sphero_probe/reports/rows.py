@@ -5,26 +5,17 @@ texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What 
 """
 
 from collections.abc import Iterable
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple, assert_never
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from sphero_probe.catalogue import ROBOTS, lookup, notification_row, rows_of
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
+from sphero_probe.catalogue.packet_json import packet_json
 from sphero_probe.catalogue.payload.layout import Decoded
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import (
-    Command,
-    Generation,
-    Malformed,
-    Notification,
-    Packet,
-    Request,
-    Response,
-    Verdict,
-)
+from sphero_probe.protocol.packets import Generation, Packet, Response, Verdict
 from sphero_probe.transports.base import Seen
 
 if TYPE_CHECKING:
@@ -147,83 +138,15 @@ def robot_row(seen: Seen) -> Row:
     return Row("robot", keys | {"connected": True} if seen.connected else keys)
 
 
-def packet_row(packet: Packet, generation: Generation, raw: bytes, robot: Robot | None = None) -> Row:
-    """Return the row of a packet; keys that do not apply are left out.
-
-    ``name`` and ``fields`` are as the catalogue knows them. ``note`` tells what does not fit its layout.
-
-    Args:
-        packet: the packet.
-        generation: the protocol it was read by.
-        raw: its frame.
-        robot: the model whose meaning of the pair counts, None where it is not known.
-    """
-    keys: dict[str, object]
-    match packet:
-        case Malformed(raw=held, reason=reason):
-            return Row(
-                "packet",
-                {
-                    "generation": generation.value,
-                    "kind": "malformed",
-                    "raw": (raw or held).hex(),
-                    "reason": reason,
-                },
-            )
-        case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
-            known = _known(generation, (did, cid), Kind.COMMAND, robot)
-            layout = known.request if known and known.kind is Kind.COMMAND else None
-            keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
-        case Response(seq, code, payload, did, cid, source, target):
-            known = _known(generation, (did, cid), Kind.COMMAND, robot)
-            codec = CODECS[generation]
-            success = codec.verdict(code) is Verdict.OK
-            layout = known.response if known and known.kind is Kind.COMMAND and success else None
-            keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
-            keys["code_name"] = codec.code_name(code)
-        case Notification(did, cid, payload, source, target, seq):
-            known = _known(generation, (did, cid), Kind.NOTIFICATION, robot)
-            layout = known.response if known and known.kind is Kind.NOTIFICATION else None
-            keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
-        case _:
-            assert_never(packet)
-    decoded = layout.decode(payload) if layout else None
-    keys |= {
-        "target": target,
-        "source": source,
-        "name": known.name if known else None,
-        "fields": decoded.fields if decoded else None,
-        "units": decoded.units or None if decoded else None,
-        "payload": payload.hex(),
-        "raw": raw.hex(),
-        "note": decoded.problem or None if decoded else None,
-    }
-    present = {key: value for key, value in keys.items() if value is not None}
-    return Row("packet", {"generation": generation.value} | present)
-
-
-def _known(
-    generation: Generation, pair: tuple[int | None, int | None], kind: Kind, robot: Robot | None
-) -> CommandRow | None:
-    """The catalogue's row of a pair, one in the given role where there is any."""
-    return _looked_up(generation, *pair, kind, robot.key if robot else "")
-
-
-@lru_cache(maxsize=1024)
-def _looked_up(
-    generation: Generation, did: int | None, cid: int | None, kind: Kind, key: str
-) -> CommandRow | None:
-    """The same by a robot's key; packets come in streams, so the last ones are kept."""
-    robot = ROBOTS.get(key)
-    if cid is None:
-        return None
-    if kind is Kind.NOTIFICATION:
-        return notification_row(generation, did, cid, robot)
-    if did is None:
-        return None
-    fitting = (row for row in rows_of(generation, did, cid) if row.kind is kind)
-    likely = lookup(generation, did, cid, robot)
-    return likely if likely is None or likely.kind is kind else next(fitting, likely)
+def packet_row(
+    packet: Packet,
+    generation: Generation,
+    raw: bytes,
+    robot: Robot | None = None,
+    streams: StreamDecoder | None = None,
+) -> Row:
+    """Return the row of a packet; the arguments and the keys are those of ``packet_json``."""
+    return Row("packet", packet_json(packet, generation, raw, robot, streams))
 
 
 def command_row(command: CommandRow) -> Row:

@@ -2,6 +2,7 @@
 
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.simulator import parse_settings
 from sphero_probe.transports.registry import DeviceAddress, parse_address
@@ -52,4 +53,4 @@ def usual_target(robot: Robot | None, port: int) -> int | None:
         robot: the model, None where it is not known.
         port: the port nibble on this kind of line.
     """
-    return port << 4 | 1 if robot is None or robot.addressed else None
+    return Address(port, PRIMARY).byte if robot is None or robot.addressed else None

@@ -5,6 +5,7 @@ from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Exchange, Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command
 
 
@@ -57,7 +58,7 @@ async def read_firmware(link: Link, target: int | None) -> dict[str, str]:
     nodes = robot.nodes if robot and target is not None else {0: "robot"}
     versions: dict[str, str] = {}
     row = row_for(link.codec.generation, WellKnown.VERSION)
-    targets = [None if target is None else target & 0xF0 | node for node in nodes]
+    targets = [None if target is None else Address.from_byte(target).with_node(node).byte for node in nodes]
     attempts = MAX_ATTEMPTS if link.answers else 1
     exchanges = await ask_together(ask_well_known(link, WellKnown.VERSION, at, attempts) for at in targets)
     for name, exchange in zip(nodes.values(), exchanges, strict=True):

@@ -100,7 +100,7 @@ class Reconnector:
             try:
                 self.link = await self._reconnect()
                 self._frames += old.frames_sent
-                self.link.on_unsolicited = old.on_unsolicited
+                self.link.events = old.events  # its listeners hear the new link
                 await self._check_same_robot()
             except LinkLostError as again:
                 error = again

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from sphero_probe.catalogue.gatt_services import list_services
 from sphero_probe.errors import LinkLostError, NoAnswerError
+from sphero_probe.link.events import Events
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.protocol import CODECS
@@ -56,11 +57,13 @@ async def open_session(
     async with AsyncExitStack() as origin, AsyncExitStack() as line:
         connection = await origin.enter_async_context(open_transport(address_of(device), options))
         options.on_step(f"connected to {connection.name}")
+        events = Events()
         policy = Policy(connection.generation, connection.robot, consent, (connection.name,))
 
         async def start_link(at: Connection) -> Link:
             codec = CODECS[at.generation]
-            return await line.enter_async_context(Link(at.transport, codec, policy, timeout=timeout))
+            link = Link(at.transport, codec, policy, timeout=timeout, events=events)
+            return await line.enter_async_context(link)
 
         async def reconnect() -> Link:
             options.on_step("connect again")

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.model import AnswerStyle
+from sphero_probe.protocol.address import WILDCARD, Address
 from sphero_probe.protocol.packets import Generation, Notification, Request, Response, Verdict
 from sphero_probe.protocol.v1 import SOP2_ACTIVITY, V1
 from sphero_probe.protocol.v2 import FLAG_ACTIVITY, FLAG_ANSWER, FLAG_ONLY_ERRORS, V2
@@ -35,7 +36,8 @@ class ResponseStyle(NamedTuple):
 
 
 def _node_wanted(request: Request) -> int:
-    return (request.command.target or 0) & 0x0F
+    target = request.command.target
+    return WILDCARD if target is None else Address.from_byte(target).node
 
 
 def _objection(request: Request) -> Verdict | None:
@@ -61,11 +63,11 @@ def _respond(request: Request, style: AnswerStyle, node: int, code: int, payload
     if style is AnswerStyle.SOURCE_ONLY:
         source = node
     elif style is AnswerStyle.SWAPPED:
-        port = (command.target or 0) >> 4 or _BEHIND_UART
+        port = Address.from_byte(command.target or 0).port or _BEHIND_UART
         if command.target is not None or request.source is not None:
             source = node
         if request.source is not None:
-            target = port << 4 | (request.source & 0x0F or _FIRST_CLIENT)
+            target = Address(port, Address.from_byte(request.source).node or _FIRST_CLIENT).byte
     activity = request.flags & FLAG_ACTIVITY
     return Response(request.seq, code, payload, command.did, command.cid, source, target, activity)
 

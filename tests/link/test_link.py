@@ -8,6 +8,7 @@ import pytest
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
+from sphero_probe.link.events import Events, UnsolicitedReceived
 from sphero_probe.link.exchange import Answered, Blocked, LateResponse, Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import BACKOFF, FIRST_TIMEOUT, GRACE, LONGEST_TIMEOUT, SHORTEST_TIMEOUT, WIDEST
@@ -97,10 +98,13 @@ class Line:
 
 
 @asynccontextmanager
-async def linked(robot, consent=EVERYTHING, line=None, **options):
+async def linked(robot, consent=EVERYTHING, line=None, on_unsolicited=None, **options):
     """A link to a robot, and its line."""
     line = line or Line(robot)
     policy = Policy(Generation.V2, None, consent, ("BP-1234",))
+    if on_unsolicited:
+        options["events"] = Events()
+        options["events"].subscribe(lambda event: on_unsolicited(event.unsolicited), UnsolicitedReceived)
     async with Link(line, V2, policy, **options) as link:
         yield link, line
 
@@ -957,44 +961,6 @@ def test_a_late_answer_is_an_aside():
             (late,) = heard
             assert isinstance(late, LateResponse)
             assert late.earlier == silent
-
-    run(scenario())
-
-
-def test_the_listener_may_change_on_the_way():
-    async def scenario():
-        heard = []
-        async with linked(never) as (link, line):
-            line.say(V2.frame_of(AWAKE))
-            await asyncio.sleep(0.25)
-            link.on_unsolicited = heard.append
-            line.say(V2.frame_of(AWAKE))
-            await asyncio.sleep(0.25)
-            assert heard == [AWAKE]
-
-    run(scenario())
-
-
-@pytest.mark.parametrize(
-    "said",
-    [pytest.param(V2.frame_of(AWAKE), id="a notification"), pytest.param(b"\x8d\x09", id="a half frame")],
-)
-def test_an_error_of_the_listener_reaches_everybody(said):
-    def stumble(unsolicited):
-        raise ZeroDivisionError("disk full")
-
-    def robot(request):
-        return [(0.25, said)] if request.seq == 0 else []
-
-    async def scenario():
-        async with linked(robot, timeout=1.0, window=2, on_unsolicited=stumble) as (link, _):
-            asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(4)]
-            ended, waiting = await asyncio.wait(asking, timeout=10.0)
-            assert not waiting
-            assert ZeroDivisionError in {type(end.exception()) for end in ended}
-            assert {type(end.exception()) for end in ended} <= {ZeroDivisionError, type(None)}
-            with pytest.raises(ZeroDivisionError, match="disk full"):
-                await link.ask(BATTERY)
 
     run(scenario())
 

@@ -39,6 +39,7 @@ def command(output: Output, inputs: tuple[str, ...], generation: str | None) -> 
 
     Example: sphero-probe decode 8d0a131007cbd8
     """
+    from sphero_probe.catalogue.streams import StreamDecoder
     from sphero_probe.protocol import CODECS
     from sphero_probe.protocol.packets import Malformed
     from sphero_probe.reports.rows import packet_row
@@ -48,6 +49,7 @@ def command(output: Output, inputs: tuple[str, ...], generation: str | None) -> 
     room = _TABLE_ROOM if output.format == "table" else None
     with output.report(PACKETS) as report:
         for stream in _streams(inputs):
+            sensors = {spoken: StreamDecoder(spoken) for spoken in CODECS}
             for size, spoken, packet in _packets(stream, generation):
                 total += size
                 if packet is None:
@@ -57,12 +59,13 @@ def command(output: Output, inputs: tuple[str, ...], generation: str | None) -> 
                 else:
                     good += 1
                 raw = CODECS[spoken].frame_of(packet)
+                sensors[spoken].observe(packet)
                 if room is not None:
                     room = max(0, room - len(raw) - _ROW)
                     if not room:
                         left_out += 1
                         continue
-                report.add(packet_row(packet, spoken, raw))
+                report.add(packet_row(packet, spoken, raw, streams=sensors[spoken]))
     if left_out:
         click.echo(f"Not shown: {left_out} more packets; --format plain or jsonl shows all.", err=True)
     if not good:

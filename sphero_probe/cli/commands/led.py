@@ -107,6 +107,7 @@ def _commands(
 ) -> "tuple[Command, ...]":
     from sphero_probe.catalogue.leds import led_commands
     from sphero_probe.cli.parse import choose, node
+    from sphero_probe.protocol.address import Address
 
     if robot is None or robot.leds is None:
         raise UsageError(f"no lamps are known of {robot.name if robot else 'an unknown model'}")
@@ -116,5 +117,5 @@ def _commands(
         choose(name, dict.fromkeys(names), f"lamp on {robot.name}:")
     address = node(target, robot, port)
     if target is None and address is not None and table.node is not None:
-        address = port << 4 | table.node
+        address = Address(port, table.node).byte
     return tuple(command._replace(target=address) for command in led_commands(robot, wanted, off=off))

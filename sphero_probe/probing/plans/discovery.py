@@ -17,6 +17,7 @@ from sphero_probe.probing.calibration import ABSENT_COMMANDS
 from sphero_probe.probing.finding import Finding, Outcome
 from sphero_probe.probing.plan import Plan, Probe, Stage
 from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Generation, Verdict
 
 NODES: Final = range(1, 5)
@@ -92,10 +93,11 @@ class _Map:
         echo = row_for(self._generation, WellKnown.ECHO)
         if self._target is None or echo is None:
             return []
+        usual = Address.from_byte(self._target)
         return [
-            Probe(Command(echo.did, echo.cid, b"", self._target & 0xF0 | node))
+            Probe(Command(echo.did, echo.cid, b"", usual.with_node(node).byte))
             for node in NODES
-            if self._target & 0x0F != node
+            if node != usual.node
         ]
 
     def devices(self, cid: int) -> Callable[[_Findings], Iterator[Probe]]:

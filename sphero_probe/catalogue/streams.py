@@ -1,0 +1,70 @@
+"""Reads sensor streams: follows which sensors a robot was told to send, and names the numbers that it sends.
+
+The payload of a streaming notification does not say which sensors its numbers come from; the last command
+that set the masks does.
+"""
+
+from sphero_probe.catalogue.payload.layout import Decoded
+from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, masks_after, streaming_fields
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import (
+    Command,
+    Generation,
+    Notification,
+    Packet,
+    Request,
+    Response,
+    Verdict,
+)
+
+
+class StreamDecoder:
+    """Decodes the sensor streams of one robot.
+
+    The commands that the robot executed come from exchanges (``executed``) or from recorded traffic
+    (``observe``). Before the first of them, nothing is known to be streamed.
+    """
+
+    def __init__(self, generation: Generation) -> None:
+        """Begin with a robot that streams nothing.
+
+        Args:
+            generation: the protocol that it speaks.
+        """
+        self._codec = CODECS[generation]
+        self._masks = Masks()
+        self._asked: dict[int, Command] = {}
+
+    def executed(self, command: Command) -> None:
+        """Take in that the robot executed a command; one that sets no masks changes nothing."""
+        self._masks = masks_after(self._codec.generation, self._masks, command)
+
+    def observe(self, packet: Packet) -> None:
+        """Take in a packet of recorded traffic, in the order in which the packets were sent.
+
+        A command counts as executed once its response says so, or at once where it asks for none.
+        """
+        match packet:
+            case Request(command=command, seq=seq, wants_answer=True):
+                self._asked[seq] = command
+            case Request(command=command):
+                self.executed(command)
+            case Response(seq=seq, code=code, did=did, cid=cid):
+                command_asked = self._asked.get(seq)
+                if command_asked and (did, cid) in ((None, None), command_asked[:2]):
+                    del self._asked[seq]
+                    if self._codec.verdict(code) is Verdict.OK:
+                        self.executed(command_asked)
+
+    def decode(self, notification: Notification) -> Decoded | None:
+        """Return what a streaming notification says; whatever the bytes are, this never raises.
+
+        Returns:
+            The numbers by sensor, as ``streaming_fields`` gives them; None for any other notification, and
+            where no sensor is known to be streamed.
+        """
+        generation = self._codec.generation
+        if (notification.did, notification.cid) != STREAM_IDS[generation]:
+            return None
+        decoded = streaming_fields(generation, self._masks, notification.payload)
+        return decoded if decoded.fields else None

@@ -1,0 +1,125 @@
+"""What ``listen`` does: send what was asked for, then report every unsolicited packet as it arrives."""
+
+import asyncio
+from typing import Any
+
+from sphero_probe.cli.commands.send import complete, parse_command
+from sphero_probe.cli.connect import connect
+from sphero_probe.cli.oneshot import complain
+from sphero_probe.cli.output import Output
+from sphero_probe.cli.signals import Interrupts, run_interruptible
+from sphero_probe.link.exchange import Unsolicited
+from sphero_probe.link.policy import Consent
+from sphero_probe.link.unsolicited import describe_unsolicited
+from sphero_probe.probing.oneshot import send_once
+from sphero_probe.reports.registry import Report
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.views import HEARD
+from sphero_probe.session.session import Session
+
+
+def listen(
+    output: Output,
+    device: str,
+    consent: Consent,
+    commands: tuple[str, ...],
+    *,
+    count: int | None,
+    seconds: float | None,
+    **connecting: Any,
+) -> None:
+    """Report unsolicited packets until enough were heard, the time is up, or Ctrl-C.
+
+    Args:
+        output: where to.
+        device: the robot's address, empty for the only robot nearby.
+        consent: what ``commands`` may do.
+        commands: sent first, each as a person types it.
+        count: of packets to stop after, None for any number.
+        seconds: to listen once the commands were sent, None for as long as it takes.
+        connecting: options of ``connect``.
+
+    Raises:
+        SpheroProbeError: the robot cannot be reached, is gone, or did not accept a command.
+        OSError: the report cannot be written.
+    """
+    interrupts = Interrupts()
+    stop = asyncio.Event()
+
+    async def work() -> None:
+        interrupts.stop_politely(stop)
+        async with connect(device, consent, **connecting) as session:
+            lines = output if output.chosen or output.file else output._replace(chosen="plain")
+            with lines.report(HEARD, live=True) as report:
+                packets = _PacketReport(report, count, stop)
+                with describe_unsolicited(session.link, packets.add):
+                    for text in commands:
+                        await _send(session, text)
+                    await _wait(session, stop, seconds)
+                packets.raise_failure()
+
+    run_interruptible(interrupts, work())
+
+
+class _PacketReport:
+    """Adds packets to a report until there are enough; stops listening when it cannot be written."""
+
+    def __init__(self, report: Report, count: int | None, stop: asyncio.Event) -> None:
+        self._report = report
+        self._left = count
+        self._stop = stop
+        self._failure: OSError | None = None
+
+    def add(self, _: Unsolicited, described: dict[str, object]) -> None:
+        """Report a packet, as it was described."""
+        if self._left == 0 or self._failure:
+            return
+        try:
+            self._report.add(Row("packet", described))
+        except OSError as error:
+            self._failure = error
+            self._stop.set()
+            return
+        if self._left is not None:
+            self._left -= 1
+            if self._left == 0:
+                self._stop.set()
+
+    def raise_failure(self) -> None:
+        """Raise what kept the report from being written.
+
+        Raises:
+            OSError: the disk is full, or the reader is gone.
+        """
+        if self._failure:
+            raise self._failure
+
+
+async def _send(session: Session, text: str) -> None:
+    """Send a command that was given as words.
+
+    Raises:
+        SpheroProbeError: it makes no sense, was withheld, or the robot refused it.
+    """
+    connection, link = session.connection, session.link
+    asked = parse_command(tuple(text.split()), connection.generation)
+    finding = await send_once(link, complete(asked, connection.robot, connection.port, None))
+    complain(finding, link.codec)
+
+
+async def _wait(session: Session, stop: asyncio.Event, seconds: float | None) -> None:
+    """Wait for the end: enough heard, the time up, Ctrl-C, or the robot gone.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    ended = asyncio.create_task(stop.wait())
+    gone = asyncio.create_task(session.link.closed())
+    try:
+        done, _ = await asyncio.wait({ended, gone}, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
+        if gone in done:
+            gone.result()
+    finally:
+        ended.cancel()
+        gone.cancel()
+        await asyncio.gather(ended, gone, return_exceptions=True)
