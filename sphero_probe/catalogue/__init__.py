@@ -3,6 +3,7 @@
 from sphero_probe.catalogue.commands import (
     BRICK_DEVICES,
     DEVICE_NAMES,
+    MOVING_DEVICES,
     NO_EMPTY_PROBE_DEVICES,
     PERSIST_DEVICES,
     all_rows,
@@ -20,6 +21,7 @@ from sphero_probe.catalogue.robots import ROBOTS, robot_by_prefix, robot_by_word
 __all__ = [
     "BRICK_DEVICES",
     "DEVICE_NAMES",
+    "MOVING_DEVICES",
     "NO_EMPTY_PROBE_DEVICES",
     "PERSIST_DEVICES",
     "ROBOTS",

@@ -39,6 +39,11 @@ PERSIST_DEVICES: dict[Generation, frozenset[int]] = {
     Generation.V2: frozenset({0x20}),
 }
 """Devices whose unknown commands count as persist, per generation."""
+MOVING_DEVICES: dict[Generation, frozenset[int]] = {
+    Generation.V1: frozenset({0x02}),
+    Generation.V2: frozenset({0x16, 0x17}),
+}
+"""Devices whose commands drive motors, per generation."""
 NO_EMPTY_PROBE_DEVICES: dict[Generation, frozenset[int]] = {
     Generation.V1: frozenset(),
     Generation.V2: frozenset({0x11, 0x1A}),

@@ -66,11 +66,13 @@ class LateResponse(NamedTuple):
         response: the answer.
         received: its frame.
         earlier: the settled exchange it belongs to, None where it fits none.
+        took: seconds since the command was sent, None where it fits none.
     """
 
     response: Response
     received: bytes
     earlier: Answered | Silent | None
+    took: float | None = None
 
 
 Unsolicited = Notification | Malformed | LateResponse

@@ -34,6 +34,7 @@ class Link:
         policy: the gate that every command passes.
         frames_sent: how many command frames went out.
         answers: how many responses came, late ones included.
+        matched: how many of them belong to a command that was sent.
         limit: commands in flight to a node at most, whatever its pace allows.
         events: told of every frame, exchange and unsolicited packet.
     """
@@ -60,7 +61,7 @@ class Link:
         """
         self.policy = policy
         self.codec = codec
-        self.frames_sent = self.answers = 0
+        self.frames_sent = self.answers = self.matched = 0
         self.events = events or Events()
         self.limit = window or WIDEST
         self._transport = transport
@@ -143,16 +144,15 @@ class Link:
         """
         risk, _, reason = self.policy.assess(command)
         if reason:
-            blocked = Blocked(command, risk, reason)
-            if self.events.wanted(ExchangeEnded):
-                self.events.emit(ExchangeEnded(asyncio.get_running_loop().time(), blocked))
-            return blocked
+            return self._blocked(command, risk, reason)
         timeout = timeout or self._timeout
         if risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
         claim = await self._wait_in_line(QueuedCommand(command, timeout, alone, expected))
         try:
+            if reason := self.policy.assess(command).blocked:  # something was measured while it waited
+                return self._blocked(command, risk, reason)
             before_sending()
             self.frames_sent += 1
             if self.events.wanted(FrameSent):
@@ -164,6 +164,12 @@ class Link:
             raise
         finally:
             self._leave(claim)
+
+    def _blocked(self, command: Command, risk: Risk, reason: str) -> Blocked:
+        blocked = Blocked(command, risk, reason)
+        if self.events.wanted(ExchangeEnded):
+            self.events.emit(ExchangeEnded(asyncio.get_running_loop().time(), blocked))
+        return blocked
 
     async def _wait_in_line(self, queued: QueuedCommand) -> InFlightCommand:
         """Wait for a place in the window, in the order of asking, and claim a sequence number."""
@@ -263,6 +269,11 @@ class Link:
 
     def _deliver(self, event: Exchange | Unsolicited, now: float) -> None:
         self.answers += isinstance(event, Answered | LateResponse)
+        self.matched += isinstance(event, Answered) or (
+            isinstance(event, LateResponse) and event.earlier is not None
+        )
+        if isinstance(event, LateResponse) and isinstance(event.earlier, Silent) and event.took is not None:
+            self.pace(event.earlier.command.target).answered_late(event.took)
         match event:
             case Answered() | Silent():
                 self._settle(event, now)

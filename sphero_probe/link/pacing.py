@@ -5,7 +5,12 @@ from typing import Final
 FIRST_TIMEOUT: Final = 1.0
 """Seconds, as long as no answer was timed; and at least, for a command that does something."""
 SHORTEST_TIMEOUT: Final = 0.1
-LONGEST_TIMEOUT: Final = 3.0
+LONGEST_BACKOFF: Final = 3.0
+"""Seconds that silence alone may make the timeout."""
+LONGEST_TIMEOUT: Final = 10.0
+"""Seconds that slow answers may make the timeout."""
+LATE_MARGIN: Final = 1.25
+"""Factor on the time that a late answer took."""
 GRAIN: Final = 0.05
 """Seconds that the timeout is above the smoothed round trip at least (``G`` of RFC 6298)."""
 GRACE: Final = 0.01
@@ -111,11 +116,20 @@ class Pace:
         """
         sent = self._sent.get(seq, now - waited)
         if seq in self._sent and sent >= self._slowed_at and not self._fixed_timeout:
-            self.timeout = min(LONGEST_TIMEOUT, self.timeout * BACKOFF)
+            self.timeout = max(self.timeout, min(LONGEST_BACKOFF, self.timeout * BACKOFF))
             self._slowed_at = now
         self.forget(seq)
         if expected:
             self._narrow(sent, now)
+
+    def answered_late(self, took: float) -> None:
+        """Take in that an answer came after its command counted as silent: be more patient from now on.
+
+        Args:
+            took: seconds since the command was sent.
+        """
+        if not self._fixed_timeout:
+            self.timeout = max(self.timeout, min(LONGEST_TIMEOUT, LATE_MARGIN * took))
 
     def forget(self, seq: int) -> None:
         """Take in that nobody waits for a command any more."""

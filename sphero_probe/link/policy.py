@@ -17,12 +17,17 @@ from sphero_probe.catalogue import (
 )
 from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.length_checks import LengthChecks
 from sphero_probe.protocol.packets import Command, Generation
 
 WRONG_LENGTH: Final = 11
 """Length of a probe's payload: no documented command takes it, and it fills one 20-byte BLE write."""
 WRONG_LENGTHS: Final = frozenset({11, 13, 40})
 """Lengths that no documented fixed-length command takes [commands_v2]."""
+IMPOSSIBLE_DIDS: Final = (0xEE, 0xED, 0xEC)
+"""Device ids far from any that a robot is known to have."""
+IMPOSSIBLE_CIDS: Final = (0xFD, 0xFC, 0xFB)
+"""Command ids far from any that a device is known to have."""
 NEIGHBOURHOOD: Final = 2
 """An unknown command this close to a variable-length persist or brick command takes its class."""
 _KEPT: Final = 1024
@@ -95,8 +100,9 @@ class Policy:
 
     Attributes:
         consent: what a person has allowed.
+        generation: the robot's protocol.
         robot: the model, None where it is not known.
-        revision: changes whenever a measurement changes what may be sent.
+        length_checks: what was measured about length checks.
     """
 
     def __init__(
@@ -108,37 +114,41 @@ class Policy:
     ) -> None:
         self.consent = consent
         self.robot = robot
-        self.revision = 0
-        self._generation = generation
+        self.length_checks = LengthChecks()
+        self.generation = generation
         self._names = tuple(names)
-        self._strict: set[int | None] = set()
-        self._absent: set[Command] = set()
         self._assessed: dict[Command, Assessment] = {}
+        self._revision = 0
+        self._stops: frozenset[Command] = frozenset()
 
-    def trust_length_check(self, target: int | None) -> None:
-        """Take in that this node was measured to refuse wrong lengths without executing."""
-        self._strict.add(target)
-        self._revise()
+    @property
+    def revision(self) -> int:
+        """Changes whenever a measurement changes what may be sent."""
+        return self.length_checks.revision
 
-    def distrust_length_check(self, target: int | None) -> None:
-        """Take back what ``trust_length_check`` said."""
-        self._strict.discard(target)
-        self._revise()
+    def allow_stop(self, command: Command) -> None:
+        """Allow this one command, which stops the motors, whatever the consent: something was executed.
 
-    def take_as_absent(self, command: Command) -> None:
-        """Take in that the robot said of this pair, on this node, that it does not exist."""
-        self._absent.add(command._replace(payload=b""))
-        self._revise()
+        Args:
+            command: exactly what may be sent, payload and node included.
+        """
+        self._stops |= {command}
+        self._assessed.clear()
 
     def assess(self, command: Command) -> Assessment:
         """Return what sending this command may do, payload and node included, and whether it may be sent.
 
         The last assessments are kept until a measurement changes them: asking again costs little.
         """
+        if self._revision != self.revision:
+            self._revision = self.revision
+            self._assessed.clear()
         assessed = self._assessed.get(command)
         if assessed is None:
             assessed = self._evaluate(command)
-            blocked = why_blocked(assessed, self.consent, self._names) or ""
+            blocked = ""
+            if command not in self._stops:
+                blocked = why_blocked(assessed, self.consent, self._names) or ""
             assessed = assessed._replace(blocked=blocked)
             if len(self._assessed) >= _KEPT:
                 self._assessed.clear()
@@ -149,12 +159,8 @@ class Policy:
         """Return why this command is blocked and which flag allows it, None when it may be sent."""
         return self.assess(command).blocked or None
 
-    def _revise(self) -> None:
-        self.revision += 1
-        self._assessed.clear()
-
     def _evaluate(self, command: Command) -> Assessment:
-        rows = rows_of(self._generation, command.did, command.cid)
+        rows = rows_of(self.generation, command.did, command.cid)
         if self.robot:
             rows = tuple(row for row in rows if self.robot.key in row.nodes) or rows
         if not rows:
@@ -171,22 +177,25 @@ class Policy:
             return Assessment(row.risk, f"{row.name}, whose argument layout is unknown")
         if row.request.accepts(len(command.payload)):
             return Assessment(row.risk, row.name)
-        if row.risk is Risk.BRICK:
-            return Assessment(Risk.BRICK, f"{row.name}, not even at a wrong length")
-        if command.target in self._strict:
+        if row.risk > Risk.WRITE:
+            return Assessment(row.risk, f"{row.name}: documented, not asked at a wrong length")
+        if self.length_checks.is_strict(command.target):
             return Assessment(Risk.PROBE, f"{row.name} at a length it does not take")
         return Assessment(row.risk, f"{row.name} on a robot not known to check lengths")
 
     def _assess_unknown(self, command: Command) -> Assessment:
-        did, cid, target = command.did, command.cid, command.target
-        if did in BRICK_DEVICES[self._generation]:
+        did, cid = command.did, command.cid
+        if did in BRICK_DEVICES[self.generation]:
             return Assessment(Risk.BRICK, f"unknown command of the dangerous device 0x{did:02x}")
-        if did in PERSIST_DEVICES[self._generation]:
+        if did in PERSIST_DEVICES[self.generation]:
             return Assessment(Risk.PERSIST, f"unknown command of the dangerous device 0x{did:02x}")
-        if Command(did, cid, b"", target) in self._absent:
+        if self.length_checks.is_absent(command):
             return Assessment(Risk.PROBE, "the robot said it does not exist")
+        empty_ok = command.payload or did not in NO_EMPTY_PROBE_DEVICES[self.generation]
+        if is_impossible(command) and empty_ok and not self.length_checks.is_lenient(command.target):
+            return Assessment(Risk.PROBE, "a command that cannot exist")
         by_payload = self._assess_by_payload(command)
-        neighbour = _open_ended_neighbours(self._generation).get((did, cid))
+        neighbour = _open_ended_neighbours(self.generation).get((did, cid))
         if neighbour and neighbour.risk > by_payload.risk:
             return Assessment(neighbour.risk, f"unknown, next to {neighbour.name}")
         return by_payload
@@ -196,15 +205,31 @@ class Policy:
         did, payload = command.did, command.payload
         if not is_wrong_length(command, None):
             reason = "unknown command with a payload that it may accept"
-            if not payload and did in NO_EMPTY_PROBE_DEVICES[self._generation]:
+            if not payload and did in NO_EMPTY_PROBE_DEVICES[self.generation]:
                 reason = f"unknown command without payload, as the erasing ones of 0x{did:02x} take it"
             return Assessment(self._worst_of(did), reason)
-        if command.target not in self._strict:
-            return Assessment(self._worst_of(did), "unknown command on a robot not known to check lengths")
+        checks, target = self.length_checks, command.target
+        if not checks.is_strict(target):
+            why = (
+                "that accepted a wrong length" if checks.is_lenient(target) else "not known to check lengths"
+            )
+            return Assessment(self._worst_of(did), f"unknown command on a robot {why}")
+        if checks.is_uninformative(target, did):
+            why = "unknown command of a device that says yes to commands that cannot exist"
+            return Assessment(self._worst_of(did), why)
+        if self._is_hazardous(did) and not checks.refusals(target, did):
+            why = (
+                "unknown command of a device that moves or stores; no command of it was seen to check lengths"
+            )
+            return Assessment(self._worst_of(did), why)
         return Assessment(Risk.PROBE, "unknown command at a length that no command takes")
 
+    def _is_hazardous(self, did: int) -> bool:
+        """Whether a documented command of this device moves the robot, lets it sleep or stores something."""
+        return _worst_by_device(self.generation).get(did, Risk.READ) >= Risk.MOTION
+
     def _worst_of(self, did: int) -> Risk:
-        return max(Risk.PERSIST, _worst_by_device(self._generation).get(did, Risk.PERSIST))
+        return max(Risk.PERSIST, _worst_by_device(self.generation).get(did, Risk.PERSIST))
 
 
 @cache
@@ -241,7 +266,15 @@ def is_wrong_length(command: Command, row: CommandRow | None) -> bool:
     if row is None or row.kind is Kind.NOTIFICATION:
         return length in WRONG_LENGTHS and not any(command.payload)
     refusable = row.request is not None and not row.request.accepts(length)
-    return refusable and Risk.READ < row.risk < Risk.BRICK
+    return refusable and row.risk is Risk.WRITE
+
+
+def is_impossible(command: Command) -> bool:
+    """Whether this is a probe of a command that cannot exist: such probes show what a robot says to those."""
+    payload = command.payload
+    if len(payload) not in (0, *WRONG_LENGTHS) or any(payload):
+        return False
+    return (command.did in IMPOSSIBLE_DIDS and command.cid == 0) or command.cid in IMPOSSIBLE_CIDS
 
 
 def _may_take_anything(row: CommandRow) -> bool:

@@ -151,7 +151,9 @@ class Tracker:
             return answered
         settled = self._settled.get((response.seq, response.did, response.cid))
         if settled and self._fits(response, settled.exchange.command):
-            return LateResponse(response, received, settled.exchange)
+            exchange = settled.exchange
+            waited = exchange.rtt if isinstance(exchange, Answered) else exchange.waited
+            return LateResponse(response, received, exchange, now - settled.at + waited)
         return LateResponse(response, received, None)
 
     def _handle(self, seq: int, did: int, cid: int) -> _Handle:

@@ -18,6 +18,8 @@ class PreparedProbe(NamedTuple):
         knowledge: the catalogue's row for this robot, None where there is none.
         blocked: why it must not be sent, empty when it may.
         is_last_try: it gets the whole timeout, whatever is answered meanwhile.
+        is_wrong_length: it is harmless only if the command refuses its length.
+        may_exist: the catalogue or the robot's own list names the command: a wrong length may reach it.
     """
 
     number: int
@@ -26,6 +28,8 @@ class PreparedProbe(NamedTuple):
     knowledge: CommandRow | None
     blocked: str
     is_last_try: bool = False
+    is_wrong_length: bool = False
+    may_exist: bool = False
 
     @property
     def is_expected(self) -> bool:

@@ -1,19 +1,42 @@
-"""What was found beside what the robot claims to have and what is known: findings in, a note out."""
+"""What was found beside what the robot claims to have and what catalogues know."""
 
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.finding import Finding, Note, Outcome
 from sphero_probe.protocol.codec import Codec
-from sphero_probe.protocol.packets import Verdict
+from sphero_probe.protocol.packets import Response, Verdict
 
+_Device = tuple[int | None, int]
+"""Node, DID."""
 _Triple = tuple[int | None, int, int]
 """Node, DID, CID."""
 
 
+class Claims(NamedTuple):
+    """What a robot lists as its own.
+
+    Attributes:
+        nodes: nodes that listed their devices.
+        devices: the devices they listed.
+        listed: devices that listed their commands.
+        commands: the commands they listed.
+    """
+
+    nodes: set[int | None]
+    devices: set[_Device]
+    listed: set[_Device]
+    commands: set[_Triple]
+
+
 def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
-    """Return what differs: hidden (exists, not claimed), ghost (claimed, absent), unknown (in no catalogue).
+    """Return what differs: hidden (not claimed), ghost (claimed, absent), unknown (in no catalogue).
+
+    A node that listed its devices claims nothing in the others. Devices that are claimed and absent are
+    ghosts with all that they listed.
 
     Args:
         findings: of a run.
@@ -22,43 +45,86 @@ def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
     Returns:
         A note, None where the robot claimed nothing and everything is known.
     """
-    claimed = _claims(findings, codec)
-    devices = {(target, did) for target, did, _ in claimed}
-    exists: list[_Triple] = []
-    unknown: list[_Triple] = []
-    ghosts: list[_Triple] = []
-    for finding in findings:
-        triple = finding.command.target, finding.command.did, finding.command.cid
-        if finding.outcome is Outcome.EXISTS:
-            exists.append(triple)
-            if finding.knowledge is None:
-                unknown.append(triple)
-        elif finding.outcome is Outcome.ABSENT and triple in claimed:
-            ghosts.append(triple)
-    hidden = [triple for triple in exists if triple not in claimed and triple[:2] in devices]
-    if not (hidden or ghosts or unknown):
+    claims = _claims(findings, codec)
+    exists = [finding for finding in findings if finding.outcome is Outcome.EXISTS]
+    absent = {_triple(finding) for finding in findings if finding.outcome is Outcome.ABSENT}
+    gone = _absent_devices(findings, codec)
+    hidden = dict.fromkeys(triple for triple in map(_triple, exists) if _is_hidden(triple, claims))
+    ghosts = sorted((one for one in claims.commands if one in absent or one[:2] in gone), key=str)
+    unknown = dict.fromkeys(_triple(finding) for finding in exists if finding.knowledge is None)
+    ghost_devices = sorted(claims.devices & gone, key=str)
+    if not (hidden or ghosts or unknown or ghost_devices):
         return None
-    parts = (("hidden", hidden), ("ghost", ghosts), ("unknown but exists", unknown))
-    text = "; ".join(f"{word}: {_listed(triples)}" for word, triples in parts if triples)
+    parts = (
+        ("hidden", _listed(hidden)),
+        ("ghost", _listed(ghosts)),
+        ("ghost devices", ", ".join(dict.fromkeys(f"0x{did:02x}" for _, did in ghost_devices))),
+        ("unknown but exists", _listed(unknown)),
+    )
+    text = "; ".join(f"{word}: {listed}" for word, listed in parts if listed)
     data: dict[str, object] = {
         "hidden": _as_json(hidden),
         "ghost": _as_json(ghosts),
         "unknown": _as_json(unknown),
+        "ghost_devices": [{"target": target, "did": did} for target, did in ghost_devices],
     }
     return Note("comparison", text, data)
 
 
-def _claims(findings: Iterable[Finding], codec: Codec) -> set[_Triple]:
-    """Every command that the robot says it has, on the node that was asked."""
-    row = row_for(codec.generation, WellKnown.CLAIMED_COMMANDS)
-    claimed: set[_Triple] = set()
+def claimed_devices(findings: Iterable[Finding], codec: Codec) -> list[_Device]:
+    """Return the devices that nodes listed, each once."""
+    row = row_for(codec.generation, WellKnown.CLAIMED_DEVICES)
+    pair = (row.did, row.cid) if row else None
+    found = (
+        (finding.command.target, did)
+        for finding, response in _successes(findings, codec)
+        if finding.command[:2] == pair
+        for did in response.payload
+    )
+    return list(dict.fromkeys(found))
+
+
+def _is_hidden(triple: _Triple, claims: Claims) -> bool:
+    target, did, _ = triple
+    if (target, did) in claims.listed:
+        return triple not in claims.commands
+    return target in claims.nodes and (target, did) not in claims.devices
+
+
+def _claims(findings: Sequence[Finding], codec: Codec) -> Claims:
+    devices = row_for(codec.generation, WellKnown.CLAIMED_DEVICES)
+    commands = row_for(codec.generation, WellKnown.CLAIMED_COMMANDS)
+    claims = Claims(set(), set(claimed_devices(findings, codec)), set(), set())
+    for finding, response in _successes(findings, codec):
+        target, payload = finding.command.target, finding.command.payload
+        if devices and finding.command[:2] == (devices.did, devices.cid):
+            claims.nodes.add(target)
+        elif commands and finding.command[:2] == (commands.did, commands.cid) and len(payload) == 1:
+            claims.listed.add((target, payload[0]))
+            claims.commands.update((target, payload[0], cid) for cid in response.payload)
+    return claims
+
+
+def _successes(findings: Iterable[Finding], codec: Codec) -> Iterator[tuple[Finding, Response]]:
     for finding in findings:
-        command, exchange = finding.command, finding.exchange
-        if row is None or command[:2] != (row.did, row.cid) or len(command.payload) != 1:
-            continue
+        exchange = finding.exchange
         if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is Verdict.OK:
-            claimed |= {(command.target, command.payload[0], cid) for cid in exchange.response.payload}
-    return claimed
+            yield finding, exchange.response
+
+
+def _absent_devices(findings: Iterable[Finding], codec: Codec) -> set[_Device]:
+    """Return the devices whose every answer was that there is no such device."""
+    verdicts: defaultdict[_Device, set[Verdict]] = defaultdict(set)
+    for finding in findings:
+        exchange = finding.exchange
+        if isinstance(exchange, Answered):
+            verdicts[_triple(finding)[:2]].add(codec.verdict(exchange.response.code))
+    return {device for device, said in verdicts.items() if said == {Verdict.NO_DEVICE}}
+
+
+def _triple(finding: Finding) -> _Triple:
+    command = finding.command
+    return command.target, command.did, command.cid
 
 
 def _listed(triples: Iterable[_Triple]) -> str:

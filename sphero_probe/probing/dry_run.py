@@ -8,6 +8,7 @@ from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.policy import Consent, Policy
+from sphero_probe.probing.device_calibration import calibration_rows
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import payload_for
@@ -68,7 +69,17 @@ def planned_probes(
             row = lookup(generation, command.did, command.cid, robot)
             if not probe.exact and not command.payload:
                 command = command._replace(payload=payload_for(row, consent))
-            policy.trust_length_check(command.target)
+            _assume_strict(policy, command.target, command.did)
             frame = codec.encode_command(command, sequence[(number - 1) % len(sequence)])
             risk, blocked = policy.assess(command).risk, policy.why_blocked(command)
             yield PlannedProbe(number, command, row, risk, frame, blocked)
+
+
+def _assume_strict(policy: Policy, target: int | None, did: int) -> None:
+    """Have the policy decide as if calibration had found that a node and a device check lengths."""
+    checks = policy.length_checks
+    if not checks.is_strict(target):
+        checks.trust(target)
+    reads, setters = calibration_rows(policy.generation, policy.robot, did)
+    for row in (*reads, *setters):
+        checks.take_refusal(Command(did, row.cid, b"", target))

@@ -1,4 +1,4 @@
-"""A plan and a link in, records out: each probe that safety lets through is asked and yields one finding."""
+"""The main class of the package: one plan, asked of one robot."""
 
 import asyncio
 from collections import Counter
@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Final
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.well_known import WellKnown
-from sphero_probe.errors import NoAnswerError
-from sphero_probe.link.exchange import LateResponse, Silent, Unsolicited
+from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.exchange import Answered, LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
+from sphero_probe.probing.calibrator import Calibrator
 from sphero_probe.probing.comparison import compare
+from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.introduction import introduce
 from sphero_probe.probing.judge import finding_of
-from sphero_probe.probing.notes import calibration_note, node_name, note_of
+from sphero_probe.probing.notes import node_name, note_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
@@ -25,15 +27,16 @@ from sphero_probe.probing.prober import FilledProbe, Prober
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
 from sphero_probe.probing.retries import EXECUTED_BEFORE, SettledProbe, no_result
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
-from sphero_probe.session.identify import ask_well_known, read_firmware, wake
+from sphero_probe.probing.verification import contradiction, is_verified
+from sphero_probe.protocol.address import Address
+from sphero_probe.protocol.packets import Malformed, Verdict
 from sphero_probe.session.reconnect import Reconnect, Reconnector
 
 if TYPE_CHECKING:
     from sphero_probe.probing.attempt import PreparedProbe
 
-_NO_ANSWER: Final = (
-    "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
-)
+_STRAYS: Final = 256
+"""Frames besides answers that are kept to tell what is odd about a robot."""
 
 
 @dataclass(slots=True)
@@ -68,14 +71,19 @@ class Engine:
     _prober: Prober = field(init=False)
     _line: Reconnector = field(init=False)
     _pipeline: Pipeline = field(init=False)
+    _executions: Executions = field(init=False)
+    _calibrator: Calibrator = field(init=False)
     _notes: list[Note] = field(default_factory=list)
-    _filled: dict[int, FilledProbe] = field(default_factory=dict)
+    _strays: list[Unsolicited] = field(default_factory=list)
+    _incomplete: bool = False
 
     def __post_init__(self) -> None:
         self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
         self._prober = Prober(self._line, self.target)
         self._prober.intend = self.recorder.intend
-        self._pipeline = Pipeline(self._prober, self._line, self.stop)
+        self._executions = Executions(self._prober, self._notes.append)
+        self._calibrator = Calibrator(self._prober, self._executions, verify=self.plan.verify)
+        self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions)
         self._pipeline.on_answer = self._judge
 
     async def records(self) -> AsyncIterator[Record]:
@@ -107,13 +115,15 @@ class Engine:
             if index == 0:
                 for record in await self._introduction(probes):
                     yield record
-            async for record in self._stage(probes):
+            async for record in self._stage(probes, is_first=index == 0):
                 if isinstance(record, Finding):
                     self.findings.append(record)
                 yield record
         if self.plan.verify and not self._over:
             async for record in self._verify():
                 yield record
+        async for record in self._late():
+            yield record
         for note in self._take_notes():
             yield note
         if self.plan.verify and (difference := compare(self.findings, self.link.codec)):
@@ -123,7 +133,7 @@ class Engine:
             loop.time() - began,
             sum(finding.attempts > 0 for finding in self.findings),
             self._line.frames_sent,
-            complete=not self._over,
+            complete=not (self._over or self._incomplete or self._executions.commands or self._pipeline.dead),
         )
         if self._line.lost:
             raise self._line.lost
@@ -133,31 +143,23 @@ class Engine:
         return self.stop.is_set() or self._line.lost is not None
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
-        """Wake and identify the robot, calibrate the nodes of the first stage; return what was seen."""
+        """Wake and identify the robot, calibrate for the first stage; return what was seen."""
         robot = self.link.policy.robot
-        nodes = self._nodes_to_calibrate(probes)
+        for target in self.earlier.lenient:
+            self.link.policy.length_checks.distrust(target)
+        wanted = self._calibrator.look_through(probes, 1, self.earlier.findings)
         firmware: dict[str, str] = {}
 
-        async def introduce() -> None:
-            self.on_step("wake")
-            await wake(self._line.link, self.target)
-            self.on_step("first answer")
-            firmware.update(await read_firmware(self._line.link, self.target))
-            if not self._line.link.answers:
-                await ask_well_known(self._line.link, WellKnown.ECHO, self.target, attempts=1)
-            if not self._line.link.answers:
-                raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
+        async def begin() -> None:
+            firmware.update(await introduce(self._line, self.target, self.on_step, self._strays))
             self._line.expect_firmware(firmware)
-            for target in nodes:
-                if target not in self._prober.profiles:
-                    await self._prober.calibrate(target)
-            for target in nodes or [self.target]:
+            await self._calibrator.measure(wanted)
+            for target in wanted.nodes or {self.target: ()}:
                 await self._pipeline.health.passes(target)
 
-        await self._line.with_reconnect(introduce)
+        await self._line.with_reconnect(begin)
         if self._over:
             return []
-        profiles = self._prober.profiles
         heading = Heading(
             robot=robot.key if robot else "",
             model=robot.name if robot else "unknown model",
@@ -167,94 +169,83 @@ class Engine:
             tool_version=__version__,
             consent=self.link.policy.consent.words,
             strictness={
-                node_name(target, robot): profile.strictness.value for target, profile in profiles.items()
+                node_name(target, robot): profile.strictness.value
+                for target, profile in self._prober.profiles.items()
             },
             started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
         )
-        notes = [calibration_note(profile, robot) for profile in profiles.values()]
-        return [heading, *notes, *self._take_notes()]
+        return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
 
-    def _nodes_to_calibrate(self, probes: Sequence[Probe]) -> list[int | None]:
-        """Return the nodes that have a probe whose harmlessness depends on their length checks.
-
-        Of each node, probes are looked at until one needs that; what was filled in for it is kept.
-        """
-        nodes: list[int | None] = []
-        for number, probe in enumerate(probes, 1):
-            target = self.target if probe.command.target is None else probe.command.target
-            if target in nodes or number in self.earlier.findings:
-                continue
-            self._filled[number] = self._prober.fill(number, probe)
-            if self._prober.must_calibrate(self._filled[number]):
-                nodes.append(target)
-        return nodes
-
-    async def _stage(self, probes: Sequence[Probe]) -> AsyncIterator[Record]:
+    async def _stage(self, probes: Sequence[Probe], *, is_first: bool) -> AsyncIterator[Record]:
         """Send the probes of one stage, then the silent ones again; yield their findings."""
         first = self.total + 1
         self.total += len(probes)
         self._pipeline.loss.probes = self.total
+        if not is_first:
+            wanted = self._calibrator.look_through(probes, first, self.earlier.findings)
+            await self._line.with_reconnect(lambda: self._calibrator.measure(wanted))
+            for note in self._calibrator.notes(wanted):
+                yield note
         chunk: list[PreparedProbe] = []
+        last: list[FilledProbe] = []
         for number, probe in enumerate(probes, first):
             if self._over:
                 break
             if settled := self._settled_earlier(number, probe):
                 yield settled
                 continue
-            filled = self._filled.pop(number, None) or self._prober.fill(number, probe)
-            if self._prober.must_calibrate(filled):
-                for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.settle()):
-                    yield record
-                chunk = []
-                notes = await self._calibrate(filled.command.target)
-                if not notes:
-                    break
-                for note in notes:
-                    yield note
-            chunk.append(self._prober.prepare(filled))
+            filled = self._calibrator.filled.pop(number, None) or self._prober.fill(number, probe)
+            prepared = self._prober.prepare(filled)
+            if prepared.is_wrong_length and not self._prober.has_evidence(filled.command):
+                last.append(filled)
+                continue
+            chunk.append(prepared)
             if len(chunk) >= PROBES_PER_CHECK:
                 for record in self._settle(await self._pipeline.feed(chunk)):
                     yield record
                 chunk = []
+        chunk += map(self._prober.prepare, last)
         for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish()):
             yield record
 
-    async def _calibrate(self, target: int | None) -> list[Note]:
-        """Calibrate a node; nothing where the link is gone for good meanwhile."""
-
-        async def calibrate() -> None:
-            await self._prober.calibrate(target)
-
-        await self._line.with_reconnect(calibrate)
-        profile = self._prober.profiles.get(target)
-        return [calibration_note(profile, self.link.policy.robot)] if profile else []
-
     async def _verify(self) -> AsyncIterator[Record]:
-        """Send what exists or was silent, and one in twenty of the absent, again with one in flight.
+        """Send what exists or was silent, and some of the absent, again with one in flight.
 
         A probe that ends differently proves nothing: an inconclusive finding replaces its first one.
         """
         self._pipeline.limit_in_flight(1)
         self._pipeline.on_answer = self._finding  # recorded only where it differs
-        before = {finding.number: finding for finding in self.findings if _is_verified(finding)}
-        chunk: list[PreparedProbe] = []
-        for number, finding in sorted(before.items()):
-            prepared = self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
-            if prepared.risk <= Risk.PROBE and not prepared.blocked:
-                chunk.append(prepared)
+        before = {finding.number: finding for finding in self.findings if is_verified(finding)}
+        again = (
+            self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
+            for number, finding in sorted(before.items())
+        )
+        chunk = [prepared for prepared in again if prepared.risk <= Risk.PROBE and not prepared.blocked]
         settled = await self._pipeline.feed(chunk)
         if not self._over:
             settled += await self._pipeline.finish()
         for note in self._take_notes():
             yield note
-        for again in sorted(settled, key=lambda one: one.asked.number):
-            new, old = again.finding or self._finding(again), before[again.asked.number]
-            if not _agree(old, new):
-                said = f"answered {_word(old)} first, then {_word(new)}"
-                changed = old._replace(outcome=Outcome.INCONCLUSIVE, note=said)
-                self.findings[self.findings.index(old)] = changed
-                self.recorder.record(changed)
-                yield changed
+        for one in sorted(settled, key=lambda one: one.asked.number):
+            old = before[one.asked.number]
+            if changed := contradiction(old, one.finding or self._finding(one)):
+                yield self._replace(old, changed)
+
+    async def _late(self) -> AsyncIterator[Record]:
+        """Wait for late answers to all silent probes together; yield the findings that they change."""
+        by_number = {finding.number: finding for finding in self.findings}
+        settled = await self._pipeline.wait_for_late()
+        for note in self._take_notes():
+            yield note
+        for one in settled:
+            old = by_number[one.asked.number]
+            if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
+                yield self._replace(old, self._finding(one))
+
+    def _replace(self, old: Finding, new: Finding) -> Finding:
+        self.findings[self.findings.index(old)] = new
+        self.recorder.record(new)
+        return new
 
     def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
         """Return the notes so far and the findings of settled probes, in order."""
@@ -270,9 +261,30 @@ class Engine:
     def _finding(self, settled: SettledProbe) -> Finding:
         """Return the finding of a settled probe; doubt makes it inconclusive."""
         probe, result, doubt, _ = settled
-        masked = self._prober.masks(probe.command.target)
-        finding = finding_of(probe, result, self.link.codec, masked=masked)
+        command = probe.command
+        finding = finding_of(
+            probe,
+            result,
+            self.link.codec,
+            masked=self._prober.masks(command.target),
+            device=self._prober.devices.get((command.target, command.did)),
+        )
+        if probe.number in self._executions.numbers:
+            finding = finding._replace(note="executed: it accepted this length")
+        if finding.outcome in (Outcome.INCONCLUSIVE, Outcome.SILENT) and self._is_missing(finding):
+            self._incomplete = True
         return finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt) if doubt else finding
+
+    def _is_missing(self, finding: Finding) -> bool:
+        """Whether a node that is there could not be asked: it said so, or it did not answer an echo."""
+        exchange, codec, robot = finding.exchange, self.link.codec, self.link.policy.robot
+        if isinstance(exchange, Answered):
+            return codec.verdict(exchange.response.code) is Verdict.TARGET_UNAVAILABLE
+        echo, target = row_for(codec.generation, WellKnown.ECHO), finding.command.target
+        is_echo = echo is not None and finding.command[:2] == (echo.did, echo.cid)
+        return bool(
+            is_echo and robot and target is not None and Address.from_byte(target).node in robot.nodes
+        )
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
         """Return what an interrupted run found out about this very probe, None where it is to be sent."""
@@ -287,26 +299,13 @@ class Engine:
 
     def _hear_unsolicited(self, unsolicited: Unsolicited, described: dict[str, object]) -> None:
         """Keep what else was heard; a late answer still settles its own probe."""
-        if isinstance(unsolicited, LateResponse) and isinstance(unsolicited.earlier, Silent):
+        if len(self._strays) < _STRAYS:
+            self._strays.append(unsolicited)
+        if isinstance(unsolicited, LateResponse | Malformed):
             self._pipeline.hear(unsolicited)
         self._notes.append(note_of(unsolicited, described))
 
     def _take_notes(self) -> list[Note]:
-        taken, self._notes = self._notes, []
+        taken = list(self._notes)
+        self._notes.clear()
         return taken
-
-
-def _is_verified(finding: Finding) -> bool:
-    """Whether a verifying run asks this one again: what exists or was silent, one in twenty of the rest."""
-    if finding.outcome is Outcome.ABSENT:
-        return finding.number % 20 == 0
-    return finding.outcome in (Outcome.EXISTS, Outcome.SILENT)
-
-
-def _agree(old: Finding, new: Finding) -> bool:
-    """Whether two findings of one probe say the same; a value may have changed meanwhile, its code not."""
-    return (old.outcome, old.code_name) == (new.outcome, new.code_name)
-
-
-def _word(finding: Finding) -> str:
-    return finding.code_name or finding.outcome.value

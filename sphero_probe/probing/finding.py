@@ -58,7 +58,8 @@ class Note(NamedTuple):
     """Something seen besides: a notification, a late answer, a malformed frame, a step of the run.
 
     Attributes:
-        kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``run``.
+        kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``evidence``, ``executed``,
+            ``comparison``, ``run``.
         text: one line for people.
         data: JSON-able details; bytes as hex strings. What a robot sent unsolicited has ``time``, in RFC 3339
             UTC, and the keys of ``packet_json``; in journals of version 0.1.0 it has some of them.

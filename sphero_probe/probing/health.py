@@ -11,8 +11,8 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.policy import WRONG_LENGTH
-from sphero_probe.probing.calibration import GONE
 from sphero_probe.probing.prober import Prober
+from sphero_probe.probing.profiles import GONE
 from sphero_probe.protocol.packets import Command, Verdict
 
 _NONCE_BYTES: Final = 4
@@ -50,7 +50,7 @@ class HealthCheck:
             case Blocked():  # whatever was allowed before and is not now says nothing about the robot
                 return True
 
-    async def passes(self, target: int | None) -> bool:
+    async def passes(self, target: int | None, attempts: int = MAX_ATTEMPTS) -> bool:
         """Ask alone and compare; the first time only takes in what this node answers rightly.
 
         Raises:
@@ -58,10 +58,12 @@ class HealthCheck:
         """
         if not self.knows(target):
             candidates = self._candidates(target)
-            self._questions[target] = [question for question in candidates if await self._passes(question)]
+            self._questions[target] = [
+                question for question in candidates if await self._passes(question, attempts)
+            ]
             return True
         for question in self._questions[target]:
-            if not await self._passes(question):
+            if not await self._passes(question, attempts):
                 return False
         return True
 
@@ -75,9 +77,9 @@ class HealthCheck:
             questions.append(profile.absent._replace(payload=bytes(WRONG_LENGTH)))
         return questions
 
-    async def _passes(self, question: Command) -> bool:
+    async def _passes(self, question: Command, attempts: int) -> bool:
         question = self._with_nonce(question)
-        for _ in range(MAX_ATTEMPTS):
+        for _ in range(attempts):
             right = self.is_healthy(question, await self._prober.link.ask(question, alone=True))
             if right is not None:
                 return right

@@ -1,12 +1,16 @@
-"""What an exchange proves about a command: an exchange in, an outcome and a remark out."""
+"""What an exchange proves about a command."""
 
 from typing import Final, NamedTuple, assert_never
 
+from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
+from sphero_probe.link.policy import is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
+from sphero_probe.probing.profiles import GONE, Answer, DeviceProfile
 from sphero_probe.protocol.codec import Codec
-from sphero_probe.protocol.packets import Verdict
+from sphero_probe.protocol.packets import Command, Response, Verdict
 
 
 class Judgement(NamedTuple):
@@ -23,6 +27,8 @@ class Judgement(NamedTuple):
     note: str = ""
 
 
+_MASKED: Final = "commands that cannot exist get the same answer"
+_UNCONFIRMED: Final = f"documented, not confirmed: {_MASKED}"
 _BY_VERDICT: Final[dict[Verdict, Judgement]] = {
     Verdict.OK: Judgement(Outcome.EXISTS),
     Verdict.NOT_IMPLEMENTED: Judgement(Outcome.EXISTS, note="a stub"),
@@ -40,26 +46,47 @@ _BY_VERDICT: Final[dict[Verdict, Judgement]] = {
 }
 
 
-def judge(exchange: Exchange, codec: Codec, *, masked: bool = False) -> Judgement:
+def judge(
+    exchange: Exchange,
+    codec: Codec,
+    *,
+    known: bool = False,
+    masked: bool = False,
+    device: DeviceProfile | None = None,
+) -> Judgement:
     """Return what an exchange proves.
+
+    An answer that commands which cannot exist get as well proves nothing.
 
     Args:
         exchange: how asking ended.
         codec: whose codes the answer carries.
-        masked: this node may answer "bad length" to commands that do not exist, too.
+        known: the catalogue knows the command.
+        masked: the node may answer "bad length" to commands that do not exist; counts where the device was
+            not measured.
+        device: what calibration measured in the command's device, None where it did not.
     """
     match exchange:
-        case Answered(response=response):
+        case Answered(command=command, response=response):
             verdict = codec.verdict(response.code)
-            judgement = _BY_VERDICT[verdict]
-            if masked and verdict is Verdict.BAD_LENGTH:
-                return Judgement(
-                    Outcome.EXISTS,
-                    Confidence.MAYBE,
-                    "this robot may say so of commands that do not exist, too",
-                )
-            return judgement
-        case Silent():
+            if _asked_for_code(command, response, codec):
+                return Judgement(Outcome.EXISTS, note="answered with the code it was asked for")
+            if verdict in GONE or verdict is Verdict.NO_TARGET:
+                return _BY_VERDICT[verdict]
+            if is_impossible(command) and not known:
+                return Judgement(Outcome.INCONCLUSIVE, note="a command that cannot exist gets this answer")
+            length = len(command.payload)
+            if device and device.knows_impossible:
+                masked = device.to_impossible(length) == Answer(response.code, response.payload)
+            else:
+                masked = masked and verdict is Verdict.BAD_LENGTH
+            if masked:
+                return Judgement(Outcome.INCONCLUSIVE, note=_UNCONFIRMED if known else _MASKED)
+            return _BY_VERDICT[verdict]
+        case Silent(command=command):
+            length = len(command.payload)
+            if device and device.knows_impossible and device.to_impossible(length) is None:
+                return Judgement(Outcome.INCONCLUSIVE, note="commands that cannot exist are as silent here")
             return Judgement(Outcome.SILENT)
         case Blocked(reason=reason):
             return Judgement(Outcome.SKIPPED, note=reason)
@@ -67,7 +94,25 @@ def judge(exchange: Exchange, codec: Codec, *, masked: bool = False) -> Judgemen
             assert_never(exchange)
 
 
-def finding_of(asked: PreparedProbe, tried: ProbeResult, codec: Codec, *, masked: bool = False) -> Finding:
+def _asked_for_code(command: Command, response: Response, codec: Codec) -> bool:
+    """Whether the answer is the error code that the robot was asked to answer with."""
+    row = row_for(codec.generation, WellKnown.ERROR_ON_DEMAND)
+    return (
+        row is not None
+        and command[:2] == (row.did, row.cid)
+        and command.payload == bytes([response.code])
+        and response.code != 0
+    )
+
+
+def finding_of(
+    asked: PreparedProbe,
+    tried: ProbeResult,
+    codec: Codec,
+    *,
+    masked: bool = False,
+    device: DeviceProfile | None = None,
+) -> Finding:
     """Return the finding of a probe.
 
     Args:
@@ -75,9 +120,11 @@ def finding_of(asked: PreparedProbe, tried: ProbeResult, codec: Codec, *, masked
         tried: how asking it ended.
         codec: whose codes the answer carries.
         masked: see ``judge``.
+        device: see ``judge``.
     """
     exchange, attempts = tried
-    judgement = judge(exchange, codec, masked=masked)
+    known = asked.knowledge is not None and asked.knowledge.kind is Kind.COMMAND
+    judgement = judge(exchange, codec, known=known, masked=masked, device=device)
     return Finding(
         asked.number,
         asked.command,

@@ -1,11 +1,18 @@
 """What is seen besides the findings, in words: asides and calibration profiles in, notes out."""
 
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Final
+
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.link.exchange import LateResponse, Unsolicited
-from sphero_probe.probing.calibration import Profile
 from sphero_probe.probing.finding import Note
+from sphero_probe.probing.profiles import DeviceProfile, NodeProfile
 from sphero_probe.protocol.address import Address
-from sphero_probe.protocol.packets import Malformed, Notification
+from sphero_probe.protocol.packets import Command, Malformed, Notification
+
+EXECUTED: Final = "executed"
+"""Kind of the note of a command that accepted a wrong length."""
 
 
 def note_of(unsolicited: Unsolicited, described: dict[str, object]) -> Note:
@@ -37,7 +44,7 @@ def _ids(did: int | None, cid: int | None) -> str:
     return f"0x{cid:02x}" if did is None else f"0x{did:02x}:0x{cid:02x}"
 
 
-def calibration_note(profile: Profile, robot: Robot | None) -> Note:
+def calibration_note(profile: NodeProfile, robot: Robot | None) -> Note:
     """Return the note that says how strictly a node was found to check lengths."""
     node = node_name(profile.target, robot)
     return Note(
@@ -59,6 +66,63 @@ def calibration_note(profile: Profile, robot: Robot | None) -> Note:
             ],
         },
     )
+
+
+def evidence_note(target: int | None, devices: Sequence[DeviceProfile], robot: Robot | None) -> Note:
+    """Return the note that sums up how many documented commands of a node refused a wrong length.
+
+    Args:
+        target: the node's address byte.
+        devices: profiles of its devices.
+        robot: the model, None where it is not known.
+    """
+    asked = sum(device.asked for device in devices)
+    refused = sum(device.refused for device in devices)
+    measured = sum(device.asked > 0 for device in devices)
+    text = (
+        f"{node_name(target, robot)}: {refused} of {asked} documented commands in {measured} "
+        f"{'device' if measured == 1 else 'devices'} refuse surplus bytes"
+    )
+    data: dict[str, object] = {
+        "target": target,
+        "devices": [
+            {
+                "did": device.did,
+                "exists": device.exists,
+                "asked": device.asked,
+                "refused": device.refused,
+                "to_impossible": {
+                    str(length): answer and answer.code for length, answer in device.impossible.items()
+                },
+            }
+            for device in devices
+        ],
+    }
+    return Note("evidence", text, data)
+
+
+def executed_note(command: Command, name: str, when: datetime) -> Note:
+    """Return the note of a command that accepted a wrong length and ran.
+
+    Args:
+        command: what was sent.
+        name: the catalogue's name, empty for an unknown command.
+        when: the time, in UTC.
+    """
+    at = when.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    text = (
+        f"0x{command.did:02x}:0x{command.cid:02x} {name or 'unknown command'} accepted "
+        f"{len(command.payload)} zero bytes and was executed at {at}; "
+        "no further wrong length is sent to this node"
+    )
+    data: dict[str, object] = {
+        "target": command.target,
+        "did": command.did,
+        "cid": command.cid,
+        "payload": command.payload.hex(),
+        "time": at,
+    }
+    return Note(EXECUTED, text, data)
 
 
 def node_name(target: int | None, robot: Robot | None) -> str:

@@ -9,6 +9,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
+from sphero_probe.link.policy import is_wrong_length
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of
@@ -37,8 +38,9 @@ async def send_once(
     prober = Prober(Reconnector(link, command.target), command.target)
     prober.intend = intend or prober.intend
     filled = prober.fill(number, Probe(command, exact=True))
-    if prober.must_calibrate(filled):
-        await prober.calibrate(command.target)
+    if is_wrong_length(filled.command, filled.knowledge):
+        await prober.calibrate(command.target, [command.did])
+        await prober.calibrate_devices([(command.target, command.did)])
     asked = prober.prepare(filled)
     exchange, attempts = await prober.ask(asked, alone=True)
     while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and asked.risk <= Risk.WRITE:
@@ -48,20 +50,30 @@ async def send_once(
     return finding_of(asked, ProbeResult(exchange, attempts), link.codec, masked=prober.masks(command.target))
 
 
-async def stop_motors(link: Link, target: int | None) -> None:
-    """Tell the robot to stop, where motion is allowed and it is known how.
+async def stop_motors(link: Link, target: int | None, *, always: bool = False) -> None:
+    """Tell the robot to stop, where it is known how.
+
+    Args:
+        link: to the robot.
+        target: the address byte of its usual node.
+        always: stop even where motion was not allowed: a command was executed that may move it.
 
     Raises:
         LinkLostError: the robot is gone.
     """
     row = row_for(link.codec.generation, WellKnown.STOP)
-    if row is None or row.request is None or Risk.MOTION not in link.policy.consent.allowed:
+    if row is None or row.request is None:
+        return
+    if not always and Risk.MOTION not in link.policy.consent.allowed:
         return
     robot = link.policy.robot
     nodes = row.nodes.get(robot.key, ()) if robot else ()
     if target is not None and nodes:
         target = Address.from_byte(target).with_node(nodes[0]).byte
-    await link.ask(Command(row.did, row.cid, row.request.zeros(), target), alone=True)
+    command = Command(row.did, row.cid, row.request.zeros(), target)
+    if always:
+        link.policy.allow_stop(command)
+    await link.ask(command, alone=True)
 
 
 def heading_of(plan: Plan, link: Link, device: str) -> Heading:

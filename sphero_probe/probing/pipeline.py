@@ -1,9 +1,11 @@
-"""Probes in, settled probes out: a robot kept busy, canaries in between, over a line that may drop.
+"""Keeping a robot busy: probes are sent as fast as it answers, over a link that may drop.
 
-A canary is asked every few probes, in line with them. What was settled before one was sent is proved when it
-sings; it is void when the canary is wrong: the robot slept, rebooted or changed its mode, and nothing it said
-proves anything. What stays silent is asked again until chance does not explain it. A dropped line is opened
-again, and what was in flight is asked alone, so that the probe that drops it twice is known.
+A health check is sent every few probes. What was settled before it was sent is confirmed when it passes, and
+void when it fails: the robot slept, rebooted or changed its mode, and nothing it said proves anything.
+
+A silent probe is sent again until chance does not explain its silence. After a dropped link, what was in
+flight is sent alone, so that the probe which drops it twice is known. An answer that shows that a wrong
+length was accepted ends wrong-length probing of its node at once.
 """
 
 import asyncio
@@ -14,13 +16,17 @@ from typing import TYPE_CHECKING, Final
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent
-from sphero_probe.link.pacing import LONGEST_TIMEOUT, MAX_ATTEMPTS
+from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
+from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
+from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
+from sphero_probe.probing.near_misses import NearMisses
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.retries import (
+    DEAD,
     EXECUTED,
     LOST,
     NOT_ITSELF,
@@ -33,16 +39,17 @@ from sphero_probe.probing.retries import (
     silence,
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
+from sphero_probe.protocol.packets import Malformed
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import PAUSES, Reconnector
 
 if TYPE_CHECKING:
     from sphero_probe.probing.finding import Finding
 
+RECOVERY: Final = 20.0
+"""Seconds after which a node that fails every health check is given up."""
 ROUNDS: Final = 3
 """How often a probe may turn out void before it is given up as inconclusive."""
-_SLOWER: Final = 1.5
-"""What a slow answer may take beyond the slowest so far, as a factor."""
 
 
 class Pipeline:
@@ -54,25 +61,32 @@ class Pipeline:
         unanswered: number -> what stayed silent so far.
         loss: what the line was seen to lose.
         on_answer: judges each answer as it comes, and each that turns out void.
+        executions: learns which wrong lengths were accepted.
+        dead: nodes that fail every health check; nothing more is sent to them.
     """
 
-    def __init__(self, prober: Prober, line: Reconnector, stop: asyncio.Event) -> None:
+    def __init__(
+        self, prober: Prober, line: Reconnector, stop: asyncio.Event, executions: Executions
+    ) -> None:
         self.line = line
         self.health = HealthCheck(prober)
         self.unanswered: dict[int, SilentProbe] = {}
         self.loss = LossEstimate()
         self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
+        self.executions = executions
         self._prober = prober
         self._stop = stop
         self._confirmations = Confirmations()
         self._scheduler = Scheduler(prober, self.health, self._confirmations, self._confirm)
-        self._is_wrong = False
+        self.dead: set[int | None] = set()
+        self._wrong: set[int | None] = set()
         self._broken: LinkLostError | None = None
         self._dropped: list[PreparedProbe] = []
         self._drops: Counter[int] = Counter()
         self._voided: Counter[int] = Counter()
         self._settled: list[SettledProbe] = []
-        self._slowest = 0.0
+        self._near_misses = NearMisses(prober.link.codec)
+        self._late = LateAnswers()
 
     def limit_in_flight(self, width: int | None) -> None:
         """Keep no more probes than this in flight; None for as many as the robot bears."""
@@ -86,6 +100,8 @@ class Pipeline:
         for asked in probes:
             if asked.blocked:
                 self._settled.append(SettledProbe(asked, await self._prober.ask(asked)))
+            elif asked.command.target in self.dead:
+                self._settled.append(SettledProbe(asked, no_result(asked, 0), DEAD))
             else:
                 await self._learn_health(asked.command.target)
                 self._scheduler.todo.append(asked)
@@ -98,31 +114,44 @@ class Pipeline:
         return self._take()
 
     async def finish(self) -> list[SettledProbe]:
-        """Wait for everything that was fed; return what is not returned yet, silences included."""
+        """Wait for everything that was fed; return what is not returned yet, silences included.
+
+        A late answer may still change what a silent probe proves: see ``wait_for_late``.
+        """
         self._scheduler.is_last = True
         await self._work(self._at_rest)
         self._scheduler.is_last = False
-        await self._wait_for_the_slow()
-        words = [one.last_word(self.loss, self._why_open()) for one in self.unanswered.values()]
+        words: list[SettledProbe] = []
+        for one in self.unanswered.values():
+            damage = self._near_misses.of(one.sent_at)
+            words.append(one.last_word(self.loss, self._why_open(), damage))
+            if not one.late_answer:
+                self._late.watch(one)
         self.unanswered.clear()
         return self._take() + words
+
+    async def wait_for_late(self, patience: float = SLOWEST) -> list[SettledProbe]:
+        """Wait for late answers to all probes that stayed silent; return those that were answered after all.
+
+        Args:
+            patience: seconds, from the first attempt of each probe on.
+        """
+        answered = await self._late.wait(lambda: self._over, patience)
+        await self.executions.report()
+        return [one.last_word(self.loss, "") for one in answered]
 
     async def close(self) -> None:
         """Give up what is in flight."""
         await self._scheduler.in_flight_probes.close()
 
-    def hear(self, late: LateResponse) -> None:
-        """Take in an answer that came too late; it still settles its own probe."""
-        now = asyncio.get_running_loop().time()
-        for unanswered in self.unanswered.values():
-            self._slowest = max(self._slowest, unanswered.hear(late, now))
-
-    async def _wait_for_the_slow(self) -> None:
-        """Give the last silent probes the time that the slowest late answer took, and half of it more."""
-        open_ = [at for one in self.unanswered.values() if not one.late_answer for _, at in one.sent_at]
-        if open_ and self._slowest and not self._over:
-            until = max(open_) + min(_SLOWER * self._slowest, LONGEST_TIMEOUT)
-            await asyncio.sleep(max(0.0, until - asyncio.get_running_loop().time()))
+    def hear(self, unsolicited: Malformed | LateResponse) -> None:
+        """Take in a late answer, which still settles its own probe, or bytes that fit no command."""
+        self._near_misses.hear(unsolicited, now=asyncio.get_running_loop().time())
+        if isinstance(unsolicited, LateResponse):
+            unanswered = (one for one in self.unanswered.values() if one.hear(unsolicited))
+            one = next(unanswered, None) or self._late.hear(unsolicited)
+            if one and one.late_answer:
+                self.executions.look(one.asked, one.late_answer)
 
     @property
     def _over(self) -> bool:
@@ -156,11 +185,11 @@ class Pipeline:
             if is_done():
                 return
             self._hear(await in_flight_probes.some())
-            if self._is_wrong or self._broken:
+            if self._wrong or self._broken:
                 self._hear(await in_flight_probes.all())
             if self._broken:
                 await self._reconnect(self._broken)
-            if self._is_wrong:
+            if self._wrong:
                 await self._void()
         self._hear(await in_flight_probes.all())
         for asked in self._dropped:
@@ -194,6 +223,8 @@ class Pipeline:
         if not isinstance(tried.exchange, Silent):
             self.unanswered.pop(asked.number, None)
             self.loss.learn(earlier.attempts + 1 if earlier else 1)
+            if isinstance(tried.exchange, Answered):
+                self.executions.look(asked, tried.exchange)
             settled = SettledProbe(asked, tried._replace(attempts=attempts))
             settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
@@ -213,7 +244,7 @@ class Pipeline:
         elif right is None and question.attempt < MAX_ATTEMPTS:
             self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
         else:
-            self._is_wrong = True
+            self._wrong.add(question.command.target)
 
     def _confirm(self, endings: Confirmed) -> None:
         self._settled += endings.answered
@@ -230,7 +261,7 @@ class Pipeline:
 
     async def _void(self) -> None:
         """Have everything asked again that no canary proved, once the robot is itself."""
-        self._is_wrong = False
+        wrong, self._wrong = self._wrong, set()
         self._scheduler.questions.clear()
         void = self._confirmations.clear()
         for settled in void.answered:
@@ -246,26 +277,44 @@ class Pipeline:
             if one := self.unanswered.get(asked.number):
                 one.doubt = "" if self._may_repeat(asked) else NOT_ITSELF
                 self._call_again(one)
-        await self._recover(self._scheduler.nodes)
+        await self._recover(wrong)
 
     def _may_repeat(self, asked: PreparedProbe) -> bool:
         self._voided[asked.number] += 1
         return self._voided[asked.number] < ROUNDS
 
     async def _recover(self, nodes: set[int | None]) -> None:
-        """Wake the robot and wait until it is itself again, for a while."""
-        sang: list[bool] = []
+        """Wake nodes that failed a health check until they pass one; give up on those that do not."""
+        failing = set(nodes)
 
-        async def call() -> None:
-            for target in nodes:
-                await wake(self._prober.link, target)
-            sang.append(all([await self.health.passes(target) for target in nodes]))
+        async def try_again() -> None:
+            for target in sorted(failing, key=str):
+                await wake(self._prober.link, target, 1)
+                if await self.health.passes(target):
+                    failing.discard(target)
 
+        loop = asyncio.get_running_loop()
+        began = loop.time()
         for pause in PAUSES:
             await asyncio.sleep(pause)
-            await self.line.with_reconnect(call)
-            if self._over or sang[-1]:
+            await self.line.with_reconnect(try_again)
+            if self._over or not failing:
                 return
+            if loop.time() - began > RECOVERY:
+                break
+        self.dead |= failing
+        self._bury(failing)
+
+    def _bury(self, nodes: set[int | None]) -> None:
+        """Settle every probe of dead nodes: nothing can be told of them any more."""
+        for queue in (self._scheduler.todo, self._scheduler.again):
+            for asked in [asked for asked in queue if asked.command.target in nodes]:
+                queue.remove(asked)
+                if asked.number not in self.unanswered:
+                    self._settled.append(SettledProbe(asked, no_result(asked, 0), DEAD))
+        for one in self.unanswered.values():
+            if one.asked.command.target in nodes:
+                one.doubt = one.doubt or DEAD
 
     async def _reconnect(self, error: LinkLostError) -> None:
         """Open the line again, and ask alone what was in flight when it dropped."""

@@ -1,18 +1,22 @@
-"""One probe at a time: preparing it from the catalogue and what was measured, and sending it."""
+"""One probe at a time: filling it in, assessing it by what was measured, and sending it."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked
+from sphero_probe.link.length_checks import REFUSALS_WANTED
 from sphero_probe.link.link import Link
-from sphero_probe.link.policy import WRONG_LENGTH, Consent, is_wrong_length
+from sphero_probe.link.policy import WRONG_LENGTH, Consent, is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
-from sphero_probe.probing.calibration import Calibration, Profile, Strictness
+from sphero_probe.probing.calibration import Calibration
+from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters
 from sphero_probe.probing.plan import Probe
+from sphero_probe.probing.profiles import DeviceProfile, NodeProfile, Strictness
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import Reconnector
@@ -45,16 +49,21 @@ class Prober:
 
     Attributes:
         profiles: node -> what calibration measured on it.
+        devices: node and device -> what calibration measured in it.
+        claimed: node, device and command ids that the robot lists as its own.
         intend: told of each probe before it goes out, each time it does.
         line: to the robot.
         target: the address byte of the robot's usual node.
     """
 
     def __init__(self, line: Reconnector, target: int | None) -> None:
-        self.profiles: dict[int | None, Profile] = {}
+        self.profiles: dict[int | None, NodeProfile] = {}
+        self.devices: dict[tuple[int | None, int], DeviceProfile] = {}
+        self.claimed: set[tuple[int | None, int, int]] = set()
         self.intend: Callable[[PreparedProbe], None] = _forget
         self.line = line
         self.target = target
+        self._calibrations: dict[tuple[int | None, int], DeviceCalibration] = {}
 
     @property
     def link(self) -> Link:
@@ -77,21 +86,67 @@ class Prober:
             command = command._replace(payload=payload_for(row, policy.consent))
         return FilledProbe(number, command, row)
 
-    def must_calibrate(self, filled: FilledProbe) -> bool:
-        """Whether how the probe's node treats lengths matters, and was not measured yet."""
-        return filled.command.target not in self.profiles and is_wrong_length(
-            filled.command, filled.knowledge
-        )
-
-    async def calibrate(self, target: int | None) -> Profile:
+    async def calibrate(self, target: int | None, dids: Collection[int] = ()) -> NodeProfile:
         """Measure how a node treats lengths.
+
+        Args:
+            target: the node's address byte.
+            dids: devices that will be probed.
 
         Raises:
             LinkLostError: the robot is gone.
         """
-        profile = await Calibration(self.link, target).measure()
+        profile = await Calibration(self.line, target, dids).measure()
         self.profiles[target] = profile
         return profile
+
+    async def calibrate_devices(self, devices: Iterable[tuple[int | None, int]]) -> list[DeviceProfile]:
+        """Measure devices that were not measured yet; return their profiles.
+
+        Reads are asked of all devices at once. Setters get their wrong length one after the other: the first
+        that accepts it is the last.
+
+        Args:
+            devices: node and device id of each.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        keys = [key for key in dict.fromkeys(devices) if key not in self.devices]
+        for key in keys:
+            self._calibrations.setdefault(key, DeviceCalibration(self.line, *key))
+        calibrations = [self._calibrations[key] for key in keys]
+        await ask_together(calibration.ask_reads() for calibration in calibrations)
+        for calibration in calibrations:
+            await calibration.ask_setters()
+        found = [calibration.profile() for calibration in calibrations]
+        self.devices.update(zip(keys, found, strict=True))
+        self.claimed |= {(one.target, one.did, cid) for one in found for cid in one.claimed}
+        return found
+
+    def has_evidence(self, command: Command) -> bool:
+        """Whether a command of this device refused a wrong length, or the device does not exist."""
+        profile = self.devices.get((command.target, command.did))
+        if profile and not profile.exists:
+            return True
+        return bool(self.link.policy.length_checks.refusals(command.target, command.did))
+
+    def is_proved(self, target: int | None, did: int) -> bool:
+        """Whether enough commands of a device refused a wrong length to have several in flight.
+
+        Two must have, and one of them must be no read where the device has documented setters.
+        """
+        profile = self.devices.get((target, did))
+        if profile and not profile.exists:
+            return True
+        policy, generation = self.link.policy, self.link.codec.generation
+        refused = policy.length_checks.refusals(target, did)
+        if len(refused) < REFUSALS_WANTED:
+            return False
+        if not has_setters(generation, policy.robot, did):
+            return True
+        reads, _ = calibration_rows(generation, policy.robot, did)
+        return not refused <= {row.cid for row in reads}
 
     def prepare(self, filled: FilledProbe) -> PreparedProbe:
         """Assess a probe by what was measured so far."""
@@ -99,7 +154,20 @@ class Prober:
         risk, _, blocked = self.link.policy.assess(command)
         if len(command.payload) > self.link.codec.max_payload:
             blocked = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
-        return PreparedProbe(number, command, risk, row, blocked)
+        wrong_length = not blocked and risk is Risk.PROBE and not is_impossible(command)
+        may_exist = wrong_length and (
+            (row is not None and row.kind is Kind.COMMAND)
+            or (command.target, command.did, command.cid) in self.claimed
+        )
+        return PreparedProbe(
+            number,
+            command,
+            risk,
+            row,
+            blocked,
+            is_wrong_length=wrong_length,
+            may_exist=may_exist,
+        )
 
     async def ask(
         self, asked: PreparedProbe, before_sending: Callable[[], None] | None = None, *, alone: bool = False

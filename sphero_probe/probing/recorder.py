@@ -39,7 +39,9 @@ class PreviousResults:
         findings: number -> what was settled; it is not asked again.
         doubtful: number -> class of the probes that went out and were never settled; above ``probe`` they are
             not sent again, for they may have been executed.
+        lenient: nodes on which a command accepted a wrong length.
     """
 
     findings: Mapping[int, Finding] = field(default_factory=dict)
     doubtful: Mapping[int, Risk] = field(default_factory=dict)
+    lenient: frozenset[int | None] = frozenset()

@@ -4,6 +4,7 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from itertools import islice
 from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Exchange
@@ -19,6 +20,8 @@ PROBES_PER_CHECK: Final = 16
 """Probes between two canaries."""
 SECONDS_PER_CHECK: Final = 2.0
 """Seconds between two canaries, as long as there are probes."""
+_LOOK_AHEAD: Final = 16
+"""Probes of a queue that are looked at for one that may go now."""
 _QUESTIONS: Final = 2
 """Commands that a canary is made of."""
 
@@ -39,7 +42,6 @@ class Scheduler:
         todo: probes that were not asked yet.
         again: probes that stayed silent.
         questions: of canaries.
-        nodes: addresses that the last canary was asked of.
         is_last: nothing more will come, so that a canary need not wait for more probes to prove.
         width: things in flight at most, None for as many as the robot bears.
     """
@@ -57,7 +59,6 @@ class Scheduler:
         self.todo: deque[PreparedProbe] = deque()
         self.again: deque[PreparedProbe] = deque()
         self.questions: deque[HealthQuestion] = deque()
-        self.nodes: set[int | None] = set()
         self.is_last = False
         self.width: int | None = None
         self._prober = prober
@@ -79,24 +80,55 @@ class Scheduler:
             line.clear()
 
     def send(self) -> None:
-        """Send canaries when they are due, what is asked again, and new probes, as long as there is room."""
-        while line := self._next_line():
-            item = line[0]
+        """Send due health checks, retries and new probes, as long as there is room."""
+        while queue := self._next_queue():
+            item = self._next_item(queue)
+            if item is None:
+                return
             if self.in_flight_probes:
                 if self.width and len(self.in_flight_probes) >= self.width:
                     return
                 if self._prober.link.room(item.command.target) <= self.in_flight_probes.waiting:
                     return
-            self._in_vain = self._in_vain + 1 if line is self.again else 0
-            line.popleft()
+            self._in_vain = self._in_vain + 1 if queue is self.again else 0
+            queue.remove(item)  # type: ignore[arg-type]
             if isinstance(item, HealthQuestion):
                 self.in_flight_probes.start(item, partial(self._ask, item))
             else:
                 self._since_check += 1
                 self.in_flight_probes.start(item, partial(self._prober.ask, item, alone=False))
 
-    def _next_line(self) -> deque[PreparedProbe] | deque[HealthQuestion] | None:
-        """Return the line whose first is the next to be sent, None when nobody stands in any."""
+    def _next_item(
+        self, queue: deque[PreparedProbe] | deque[HealthQuestion]
+    ) -> PreparedProbe | HealthQuestion | None:
+        """Return the first of a queue that may go now, None when each must wait for what is in flight."""
+        first = queue[0]
+        if isinstance(first, HealthQuestion) or not first.is_wrong_length:
+            return first
+        for item in islice(queue, _LOOK_AHEAD):
+            if isinstance(item, PreparedProbe) and self._may_go(item):
+                return item
+        return None
+
+    def _may_go(self, probe: PreparedProbe) -> bool:
+        """Whether a probe may go now: at most one at a time may reach a command that accepts its length."""
+        if not probe.is_wrong_length:
+            return True
+        target = probe.command.target
+        flying = [
+            other
+            for other in self.in_flight_probes.items
+            if isinstance(other, PreparedProbe) and other.is_wrong_length and other.command.target == target
+        ]
+        if not self._is_proved(probe):
+            return not flying
+        return all(self._is_proved(other) and not (probe.may_exist and other.may_exist) for other in flying)
+
+    def _is_proved(self, probe: PreparedProbe) -> bool:
+        return self._prober.is_proved(probe.command.target, probe.command.did)
+
+    def _next_queue(self) -> deque[PreparedProbe] | deque[HealthQuestion] | None:
+        """Return the queue to send from next, None when all are empty."""
         now = asyncio.get_running_loop().time()
         due = self._since_check and (
             self._since_check >= PROBES_PER_CHECK or now - self._checked_at >= SECONDS_PER_CHECK
@@ -121,8 +153,8 @@ class Scheduler:
 
     def _queue_check(self, now: float) -> None:
         self._since_check, self._checked_at = 0, now
-        self.nodes = self._confirmations.nodes | {item.command.target for item in self.in_flight_probes.items}
-        questions = [question for target in self.nodes for question in self._health.questions(target)]
+        nodes = self._confirmations.nodes | {item.command.target for item in self.in_flight_probes.items}
+        questions = [question for target in nodes for question in self._health.questions(target)]
         health = self._confirmations.send(len(questions))
         self.questions += [HealthQuestion(health, question) for question in questions]
         if not questions:  # nothing is known that these nodes would answer

@@ -79,6 +79,16 @@ class Codec(Protocol):
         """Return the very bytes that a decoded packet came in."""
         ...
 
+    def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
+        """Whether damaged bytes may be what is left of the answer to a command.
+
+        Args:
+            raw: bytes that are no packet.
+            command: what was asked.
+            seq: its handle.
+        """
+        ...
+
     def decoder(self, role: Role) -> Decoder:
         """Return a fresh decoder for one end of the line."""
         ...

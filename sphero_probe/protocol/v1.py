@@ -144,6 +144,12 @@ class V1Codec:
             case Request(command=command, seq=seq, flags=flags):
                 return _encode_request(SOP2_COMMAND & ~_OPTIONS | flags & _OPTIONS, command, seq)
 
+    def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
+        """Whether damaged bytes may be what is left of the answer to a command: they name its handle."""
+        del command
+        at = raw.find(bytes((SOP1, SOP2_RESPONSE)))
+        return at >= 0 and raw[at + 3 : at + 4] == bytes((seq,))
+
     def decoder(self, role: Role) -> Decoder:
         """Return a fresh decoder for one end of the line, or for a tap on it."""
         if role is Role.HOST:

@@ -30,7 +30,7 @@ from sphero_probe.protocol.v2_decoder import (
     STRUCTURE,
     V2Decoder,
 )
-from sphero_probe.protocol.v2_frames import frame
+from sphero_probe.protocol.v2_frames import MAX_FRAME, frame, unescape_leniently
 
 __all__ = ["CLIENT", "FLAG_ACTIVITY", "FLAG_ANSWER", "FLAG_ONLY_ERRORS", "MAX_PAYLOAD", "V2"]
 
@@ -38,6 +38,8 @@ CLIENT: Final = Address(0, 1).byte
 """The source id that the host's end gives itself [reference, real]."""
 MAX_PAYLOAD: Final = 1024
 """Longest payload the encoder accepts: escaped in full it still fits ``MAX_FRAME``."""
+_HEADER: Final = 8
+"""Bytes of a response up to its sequence number at most: an unescaped marker byte there cuts it off."""
 
 _USUAL = FLAG_ANSWER | FLAG_ACTIVITY
 _ADDRESSED = FLAG_TARGET | FLAG_SOURCE
@@ -98,7 +100,9 @@ class V2Codec:
             flags &= ~FLAG_ACTIVITY
         if only_errors:
             flags |= FLAG_ONLY_ERRORS
-        if source is None and not extension and len(payload) <= MAX_PAYLOAD:  # as nearly always
+        if len(payload) > MAX_PAYLOAD:
+            raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_PAYLOAD}")
+        if source is None and not extension:  # as nearly always
             if target is None:
                 return frame(bytes((flags, did, cid, seq)) + payload)
             return frame(bytes((flags | _ADDRESSED, target, CLIENT, did, cid, seq)) + payload)
@@ -146,6 +150,11 @@ class V2Codec:
                 kept = flags & 0xFF & ~STRUCTURE
                 return _encode(kept, _extension(flags), target, source, (did, cid, seq), payload)
 
+    def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
+        """Whether damaged bytes may be what is left of an answer: they name the command and its handle."""
+        ids, held = bytes((command.did, command.cid, seq)), unescape_leniently(raw)
+        return ids in held or (len(held) <= _HEADER and any(held.endswith(ids[:size]) for size in (1, 2)))
+
     def decoder(self, role: Role) -> Decoder:
         """Return a fresh decoder for one end of the line."""
         return V2Decoder(role)
@@ -169,8 +178,8 @@ def _encode(
     ids: tuple[int, ...],
     payload: bytes,
 ) -> bytes:
-    if len(payload) > MAX_PAYLOAD:
-        raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_PAYLOAD}")
+    if len(payload) > MAX_FRAME:
+        raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_FRAME}")
     if len(extension) > 1:
         raise ValueError(f"extension of {len(extension)} bytes, at most 1")
     flags = flags | FLAG_EXTENDED if extension else flags & ~FLAG_EXTENDED

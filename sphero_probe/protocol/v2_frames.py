@@ -66,6 +66,12 @@ def unescape(escaped: bytes) -> bytes | None:
     return shorter if len(body) - len(shorter) == body.count(ESC) else None
 
 
+def unescape_leniently(damaged: bytes) -> bytes:
+    """Return damaged bytes with every legal escape undone and everything else as it is."""
+    body = damaged.replace(_ESCAPED_SOP, _SOP).replace(_ESCAPED_EOP, _EOP)
+    return body.replace(_ESCAPED_ESC, _ESC)
+
+
 def unframe(escaped: bytes) -> bytes | Malformed:
     """Return the unescaped bytes FLAGS..CHK of what stood between SOP and EOP, checked; or what is wrong."""
     body = unescape(escaped)

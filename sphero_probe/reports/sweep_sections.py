@@ -145,6 +145,13 @@ def heading_lines(heading: Data, places: Sequence[str], calibration: Sequence[st
     ]
 
 
+def calibration_lines(notes: Sequence[Data]) -> list[str]:
+    """Return what calibration measured: a sentence for each node, and the last count of its evidence."""
+    lines = [shown(note.get("text")) for note in notes if note.get("kind") == "calibration"]
+    evidence = {str(note.get("target")): note for note in notes if note.get("kind") == "evidence"}
+    return [*lines, *(shown(note.get("text")) for note in evidence.values())]
+
+
 def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]:
     """Return what is worth a line each: the new first, then the known, the silent, the unsettled."""
     exists = [line for line in lines if line.outcome == Outcome.EXISTS.value]

@@ -10,6 +10,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.link.exchange import Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.probing.recorder import PreviousResults
 from sphero_probe.runs.decode import MAX_LINE, Intent, Opening, decode
 from sphero_probe.runs.fields import BadLineError, parse
@@ -60,7 +61,12 @@ class Recorded(NamedTuple):
         """Return what need not be asked again, and what must not be."""
         settled = {number: found for number, found in self.findings.items() if not _is_open(found)}
         doubtful = {number: sent.risk for number, sent in self.intents.items() if number not in settled}
-        return PreviousResults(settled, doubtful)
+        lenient: set[int | None] = set()
+        for note in self.told:
+            target = note.data.get("target") if isinstance(note, Note) and note.kind == EXECUTED else False
+            if target is None or (isinstance(target, int) and not isinstance(target, bool)):
+                lenient.add(target)
+        return PreviousResults(settled, doubtful, frozenset(lenient))
 
     def records(self) -> list[Record]:
         """Return the records of the run as it would have told them in one go, its findings by number."""

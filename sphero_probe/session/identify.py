@@ -35,13 +35,23 @@ async def ask_well_known(
     return exchange
 
 
-async def wake(link: Link, target: int | None) -> None:
-    """Wake a node.
+async def wake(link: Link, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
+    """Wake the robot through the node that serves the wake command, where the catalogue knows which.
+
+    Args:
+        link: to the robot.
+        target: the address byte of a node; its port counts, and the node where no other is known.
+        attempts: how often it is asked while it stays silent.
 
     Raises:
         LinkLostError: the robot is gone.
     """
-    await ask_well_known(link, WellKnown.WAKE, target)
+    row, robot = row_for(link.codec.generation, WellKnown.WAKE), link.policy.robot
+    nodes = row.nodes.get(robot.key, ()) if row and robot else ()
+    address = None if target is None else Address.from_byte(target)
+    if address and nodes and address.node not in nodes:
+        target = address.with_node(nodes[0]).byte
+    await ask_well_known(link, WellKnown.WAKE, target, attempts)
 
 
 async def read_firmware(link: Link, target: int | None) -> dict[str, str]:

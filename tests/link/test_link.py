@@ -11,7 +11,15 @@ from sphero_probe.errors import LinkLostError
 from sphero_probe.link.events import Events, UnsolicitedReceived
 from sphero_probe.link.exchange import Answered, Blocked, LateResponse, Silent
 from sphero_probe.link.link import Link
-from sphero_probe.link.pacing import BACKOFF, FIRST_TIMEOUT, GRACE, LONGEST_TIMEOUT, SHORTEST_TIMEOUT, WIDEST
+from sphero_probe.link.pacing import (
+    BACKOFF,
+    FIRST_TIMEOUT,
+    GRACE,
+    LONGEST_BACKOFF,
+    LONGEST_TIMEOUT,
+    SHORTEST_TIMEOUT,
+    WIDEST,
+)
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.link.tracker import QUIET, REST
 from sphero_probe.protocol.packets import (
@@ -302,7 +310,7 @@ def test_reads_and_probes_share_the_window():
 
     async def scenario():
         async with linked(after(0.25), window=4) as (link, line):
-            link.policy.trust_length_check(0x11)
+            link.policy.length_checks.trust(0x11)
             assert link.policy.assess(probe).risk is Risk.PROBE
             await ask_all(link, [BATTERY._replace(target=0x11), probe] * 4)
             assert line.most_unanswered == 4
@@ -428,9 +436,9 @@ def test_a_robot_that_says_nothing_is_waited_for_longer_but_not_for_ever():
                 waits.append((await link.ask(BATTERY)).waited)
                 await asyncio.sleep(0.125)
             assert waits[0] == pytest.approx(FIRST_TIMEOUT, abs=1e-5)
-            assert waits[1] == pytest.approx(min(LONGEST_TIMEOUT, FIRST_TIMEOUT * BACKOFF), abs=1e-5)
+            assert waits[1] == pytest.approx(min(LONGEST_BACKOFF, FIRST_TIMEOUT * BACKOFF), abs=1e-5)
             assert waits == pytest.approx(sorted(waits), abs=1e-5)
-            assert waits[-1] == pytest.approx(LONGEST_TIMEOUT, abs=1e-5)
+            assert waits[-1] == pytest.approx(LONGEST_BACKOFF, abs=1e-5)
 
     run(scenario())
 
@@ -462,7 +470,7 @@ def test_each_node_has_its_own_pace():
                 await ask_all(link, [command] * 20)
             paces = [link.pace(command.target) for command in (near, far, gone)]
             assert [pace.round_trip for pace in paces] == [pytest.approx(QUICK), pytest.approx(SLOW), None]
-            assert paces[0].timeout < SLOW < paces[1].timeout < paces[2].timeout == LONGEST_TIMEOUT
+            assert paces[0].timeout < SLOW < paces[1].timeout < paces[2].timeout == LONGEST_BACKOFF
             assert [pace.window > 1 for pace in paces] == [True, True, False]
             assert len({id(pace) for pace in (*paces, link.pace(None))}) == 4
             assert link.pace(0x11) is paces[0]
@@ -611,7 +619,7 @@ def test_a_busy_robot_is_asked_less_at_a_time():
     ("round_trip", "of_link", "of_ask", "waited"),
     [
         pytest.param(QUICK, {}, {}, FIRST_TIMEOUT, id="a quick robot"),
-        pytest.param(2.0, {"window": 1}, {}, LONGEST_TIMEOUT, id="a slow robot"),
+        pytest.param(2.0, {"window": 1}, {}, 4.0, id="a slow robot"),
         pytest.param(QUICK, {"timeout": 0.25}, {}, 0.25, id="the link's"),
         pytest.param(QUICK, {}, {"timeout": 0.125}, 0.125, id="the command's"),
     ],
@@ -944,7 +952,7 @@ def test_what_is_said_besides_reaches_whoever_listens():
             answered = await link.ask(BATTERY)
             assert heard == [AWAKE, spoilt]
             await asyncio.sleep(0.25)
-            assert heard[2:] == [LateResponse(answered.response, answered.received, answered)]
+            assert heard[2:] == [LateResponse(answered.response, answered.received, answered, heard[2].took)]
 
     run(scenario())
 
@@ -1168,7 +1176,7 @@ def test_giving_up_at_any_moment_leaks_no_place_of_a_window_that_grows():
                 pace = link.pace(None)
                 assert pace.in_flight == 0
                 assert link.room(None) == pace.window
-            await asyncio.sleep(2 * LONGEST_TIMEOUT)
+            await asyncio.sleep(2 * LONGEST_BACKOFF)
             room = link.room(None)
             line.unanswered = line.most_unanswered = 0
             assert all(isinstance(exchange, Answered) for exchange in await ask_all(link, [BATTERY] * room))

@@ -11,6 +11,7 @@ from sphero_probe.link.pacing import (
     FIRST_TIMEOUT,
     GRACE,
     GRAIN,
+    LONGEST_BACKOFF,
     LONGEST_TIMEOUT,
     SHORTEST_LAST_TRY,
     SHORTEST_TIMEOUT,
@@ -153,8 +154,8 @@ def test_silences_make_the_timeout_longer():
     node = Node()
     for times in range(1, 8):
         node.stay_silent(node.send(), after=node.pace.timeout)
-        assert node.pace.timeout == pytest.approx(min(LONGEST_TIMEOUT, FIRST_TIMEOUT * BACKOFF**times))
-    assert node.pace.timeout == LONGEST_TIMEOUT
+        assert node.pace.timeout == pytest.approx(min(LONGEST_BACKOFF, FIRST_TIMEOUT * BACKOFF**times))
+    assert node.pace.timeout == LONGEST_BACKOFF
     assert node.pace.round_trip is None
 
 
@@ -165,9 +166,9 @@ def test_silences_of_one_window_count_once():
     first, *others = node.fill()
     node.stay_silent([first], after=1.0)
     node.stay_silent(others, after=0.5)
-    assert node.pace.timeout == pytest.approx(min(LONGEST_TIMEOUT, timeout * BACKOFF))
+    assert node.pace.timeout == pytest.approx(min(LONGEST_BACKOFF, timeout * BACKOFF))
     node.stay_silent(node.send(), after=1.0)
-    assert node.pace.timeout == pytest.approx(min(LONGEST_TIMEOUT, timeout * BACKOFF**2))
+    assert node.pace.timeout == pytest.approx(min(LONGEST_BACKOFF, timeout * BACKOFF**2))
 
 
 def test_the_next_answer_takes_the_longer_timeout_back():
@@ -175,7 +176,7 @@ def test_the_next_answer_takes_the_longer_timeout_back():
     node.answer(node.send(), 0.25)
     for _ in range(10):
         node.stay_silent(node.send())
-    assert node.pace.timeout == LONGEST_TIMEOUT
+    assert node.pace.timeout == LONGEST_BACKOFF
     node.answer(node.send(), 0.25)
     assert node.pace.timeout == pytest.approx(timeout_for(*by_rfc_6298([0.25, 0.25])))
 

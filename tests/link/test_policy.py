@@ -52,7 +52,7 @@ LENGTHS = [*range(21), 40, 64]
 def policy(robot=None, consent=None, *, strict=False, names=(ROBOT_NAME,)):
     made = Policy(V2, robot, consent or Consent(), names)
     if strict:
-        made.trust_length_check(NODE)
+        made.length_checks.trust(NODE)
     return made
 
 
@@ -224,7 +224,7 @@ def test_unknown_commands_of_dangerous_devices_never_go(did):
     for cid in range(256):
         if rows_of(V2, did, cid):
             continue
-        gate.take_as_absent(at(did, cid))
+        gate.length_checks.take_as_absent(at(did, cid))
         for payload in (b"", bytes(WRONG_LENGTH), bytes(13), bytes(40), b"\x01"):
             assert gate.why_blocked(at(did, cid, payload)) is not None
             assert gate.assess(at(did, cid, payload)).risk >= Risk.PERSIST
@@ -232,7 +232,7 @@ def test_unknown_commands_of_dangerous_devices_never_go(did):
 
 def test_the_dangerous_device_of_v1():
     gate = Policy(Generation.V1, None, Consent())
-    gate.trust_length_check(None)
+    gate.length_checks.trust(None)
     assert gate.assess(Command(0x01, 0xEE, bytes(WRONG_LENGTH))).risk is Risk.BRICK
 
 
@@ -317,13 +317,13 @@ def test_trust_is_for_one_node():
     probe = Command(0x50, 0x01, bytes(WRONG_LENGTH))
     targets = (None, 0x01, 0x10, 0x11, 0x12)
     for target in (0x11, None):
-        gate.trust_length_check(target)
-        gate.trust_length_check(target)
+        gate.length_checks.trust(target)
+        gate.length_checks.trust(target)
         sent = [other for other in targets if gate.why_blocked(probe._replace(target=other)) is None]
         assert sent == [target]
-        gate.distrust_length_check(target)
+        gate.length_checks.suspend(target)
         assert gate.why_blocked(probe._replace(target=target)) is not None
-    gate.distrust_length_check(0x33)
+    gate.length_checks.suspend(0x33)
 
 
 @pytest.mark.parametrize(
@@ -331,7 +331,7 @@ def test_trust_is_for_one_node():
 )
 def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
     gate = policy()
-    gate.take_as_absent(at(0x50, 0x01, b"\x07"))
+    gate.length_checks.take_as_absent(at(0x50, 0x01, b"\x07"))
     assert gate.assess(at(0x50, 0x01, payload)).risk is Risk.PROBE
     assert gate.why_blocked(at(0x50, 0x01, payload)) is None
     assert gate.why_blocked(Command(0x50, 0x01, payload, 0x12)) is not None
@@ -354,7 +354,7 @@ def test_what_depends_on_the_length_check(command, depends):
     gate = policy(ROBOTS["rvr"])
     before = gate.assess(command)
     assert is_wrong_length(command, lookup(V2, command.did, command.cid, ROBOTS["rvr"])) == depends
-    gate.trust_length_check(NODE)
+    gate.length_checks.trust(NODE)
     assert (gate.assess(command).risk < before.risk) == depends
 
 
@@ -364,7 +364,7 @@ def test_assessments_are_kept_until_something_is_measured():
     before = gate.assess(probe)
     assert gate.assess(probe) is before
     revision = gate.revision
-    gate.trust_length_check(NODE)
+    gate.length_checks.trust(NODE)
     assert gate.revision > revision
     assert gate.assess(probe).risk < before.risk
 
@@ -467,7 +467,7 @@ ANY_PAYLOAD = (
 def test_by_default_nothing_goes_that_could_do_anything(pair, payload, target, robot, strict):
     gate = Policy(V2, robot, Consent(), (ROBOT_NAME,))
     for node in strict:
-        gate.trust_length_check(node)
+        gate.length_checks.trust(node)
     if gate.why_blocked(Command(*pair, payload, target)) is not None:
         return
     rows = [row for row in meanings(*pair, robot) if row.kind is Kind.COMMAND]
@@ -484,7 +484,7 @@ def test_by_default_nothing_goes_that_could_do_anything(pair, payload, target, r
 def test_measuring_a_node_never_makes_a_command_more_dangerous(pair, payload, target, robot):
     gate = policy(robot)
     before = gate.assess(Command(*pair, payload, target))
-    gate.trust_length_check(target)
+    gate.length_checks.trust(target)
     after = gate.assess(Command(*pair, payload, target))
     assert after.risk <= before.risk
 

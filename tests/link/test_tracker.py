@@ -171,7 +171,7 @@ def test_a_late_answer_belongs_to_what_was_silent():
     assert again != 0
     late, answered = say(tracker, answer_to(BATTERY, 0, b"\x01"), answer_to(BATTERY, again, b"\x02"), now=2.0)
     assert late == LateResponse(
-        answer_to(BATTERY, 0, b"\x01"), V2.encode_response(answer_to(BATTERY, 0, b"\x01")), silent
+        answer_to(BATTERY, 0, b"\x01"), V2.encode_response(answer_to(BATTERY, 0, b"\x01")), silent, 2.0
     )
     assert (answered.seq, answered.response.payload, answered.rtt) == (again, b"\x02", 0.5)
     assert kinds(say(tracker, answer_to(BATTERY, 0), now=3.0)) == [LateResponse]

@@ -17,8 +17,10 @@ def objects(text: str) -> list[dict[str, Any]]:
 def discover(cli: Any, device: str, *options: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the rows of a discovery, and the last finding of each number."""
     ran = cli("discover", "--device", device, "--format", "jsonl", *options)
-    assert ran.code == 0, ran.err
     rows = objects(ran.out)
+    executed = any(row.get("kind") == "executed" for row in rows)
+    assert ran.code == (5 if executed else 0), ran.err
+    assert rows[-1]["complete"] is not executed
     findings = {row["number"]: row for row in rows if row["type"] == "finding"}
     return rows, list(findings.values())
 
@@ -48,8 +50,9 @@ def test_all_that_exists_is_found_or_withheld_with_a_reason(cli, tmp_path, model
     assert asked_nodes == (set(robot.nodes) if robot.addressed else {1})
     within = {triple for triple in usual if triple[0] in asked_nodes and low <= triple[1] <= high}
     assert within <= found[True] | found[False]
-    assert {row["risk"] for row in objects(ledger.read_text())} == {"read"}
-    assert rows[-1]["complete"] is True
+    risks = {row["risk"] for row in objects(ledger.read_text())}
+    executed = any(row.get("kind") == "executed" for row in rows)
+    assert risks <= ({"read", "motion"} if executed else {"read"})  # after a surprise the motors are stopped
 
 
 def test_what_the_robot_claims_is_compared(cli, tmp_path):

@@ -6,20 +6,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
+from sphero_probe.catalogue.model import Kind
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, LinkLostError, NoAnswerError
 from sphero_probe.link.exchange import Answered
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import WIDEST
-from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.probing.calibration import Calibration, Strictness
+from sphero_probe.link.policy import Consent, Policy, is_impossible
+from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.oneshot import send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe, sweep
+from sphero_probe.probing.profiles import Strictness
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Response, Role
+from sphero_probe.session.reconnect import Reconnector
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 from sphero_probe.transports.fake import FakeTransport
 from tests.support.virtual_clock import run as run_on_virtual_clock
@@ -249,12 +252,14 @@ def test_a_node_that_is_not_there_is_told_as_such():
     assert {finding.note for finding in asked} == {"no such node"}
 
 
-def test_a_masking_robot_gives_maybe():
+def test_a_masking_robot_proves_nothing_by_a_refused_length():
     outcome = ask("bolt?mask=1", [whole(0x13)])
     lengths = [f for f in outcome.findings.values() if f.code_name == "bad data length"]
     assert lengths
-    assert {finding.confidence for finding in lengths} == {Confidence.MAYBE}
-    assert outcome.findings[0x13, 0x03].confidence is Confidence.CERTAIN
+    assert {finding.outcome for finding in lengths} == {Outcome.INCONCLUSIVE}
+    documented = {f.note for f in lengths if f.knowledge and f.knowledge.kind is Kind.COMMAND}
+    assert documented == {"documented, not confirmed: commands that cannot exist get the same answer"}
+    assert outcome.findings[0x13, 0x03].outcome is Outcome.EXISTS
 
 
 @pytest.mark.parametrize("strict", ["minimum", "none"])
@@ -263,7 +268,7 @@ def test_a_lenient_robot_gets_no_wrong_lengths(strict, did):
     outcome = ask(f"bolt?strict={strict}&hidden=9", [whole(did)])
     assert {command.risk for command in outcome.executed} == {Risk.READ}
     sent = [finding for finding in outcome.findings.values() if finding.attempts]
-    assert {finding.risk for finding in sent} == {Risk.READ}
+    assert {finding.risk for finding in sent if not is_impossible(finding.command)} == {Risk.READ}
 
 
 def test_a_robot_that_sleeps_is_woken_first():
@@ -404,19 +409,19 @@ def test_calibration_shows_its_evidence():
         codec = CODECS[robot.model.generation]
         policy = Policy(codec.generation, robot.model, DEFAULT, ())
         async with Link(FakeTransport(robot), codec, policy) as link:
-            return await Calibration(link, PRIMARY).measure()
+            return await Calibration(Reconnector(link, PRIMARY), PRIMARY).measure()
 
     profile = run_on_virtual_clock(work())
     assert [(step.wanted, step.said) for step in profile.steps] == [
         ("success", "success"),
         ("success", "success"),
         ("success", "success"),
-        ("bad data length", "bad data length"),
-        ("bad data length", "bad data length"),
-        ("bad data length", "bad data length"),
-        ("bad data length", "bad data length"),
         ("no such device id", "bad device id"),
         ("no such command id", "bad command id"),
+        ("bad data length", "bad data length"),
+        ("bad data length", "bad data length"),
+        ("bad data length", "bad data length"),
+        ("bad data length", "bad data length"),
         *[("absent", "bad device id")] * 2,
         *[("absent", "bad command id")] * 2,
     ]

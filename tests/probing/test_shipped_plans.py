@@ -57,7 +57,8 @@ def test_bolt_plus_shows_bad_target_for_node_0x12(cli):
     assert len(secondary) == 6
     assert {(finding["code"], finding["outcome"]) for finding in secondary} == {(9, "absent")}
     primary = [finding for finding in findings if finding["target"] == 0x11]
-    assert {finding["outcome"] for finding in primary} == {"exists"}
+    assert {finding["outcome"] for finding in primary} == {"exists", "skipped"}
+    assert all("not asked" in finding["note"] for finding in primary if finding["outcome"] == "skipped")
 
 
 def test_self_description_asks_about_what_the_robot_claims(cli, tmp_path):

@@ -28,8 +28,7 @@ from tests.support.strangers.frames import (
     notification_v2,
 )
 from tests.support.strangers.habits import STRANGERS, Expect, Stranger
-from tests.support.strangers.judge import CHECKS, errors, judge
-from tests.support.strangers.known_failures import KNOWN_FAILURES
+from tests.support.strangers.judge import errors, judge
 from tests.support.strangers.robot import Executed, Robot
 from tests.support.strangers.runs import KINDS, Ran, run, triple_of
 
@@ -46,24 +45,12 @@ def _case(stranger: Stranger) -> object:
 @pytest.mark.parametrize("stranger", [_case(stranger) for stranger in STRANGERS])
 def test_a_run_on_a_stranger_is_harmless_and_true_and_ends(stranger: Stranger) -> None:
     offences = {name: found for name, found in judge(run(stranger, kind) for kind in KINDS).items() if found}
-    known = KNOWN_FAILURES.get(stranger.name, {})
-    assert {name: found[:5] for name, found in offences.items() if name not in known} == {}
-    passing = sorted(known.keys() - offences.keys())
-    assert not passing, f"these pass now, take them out of the known failures: {passing}"
-    if known:
-        pytest.xfail("; ".join(f"{name}: {what}" for name, what in known.items()))
+    assert {name: found[:5] for name, found in offences.items()} == {}
 
 
 def test_the_family_is_large_and_each_has_a_name_and_a_habit() -> None:
     assert len(STRANGERS) == len(BY_NAME) >= 40
     assert all(stranger.habit for stranger in STRANGERS)
-    assert KNOWN_FAILURES.keys() <= BY_NAME.keys()
-    assert all(checks.keys() <= CHECKS.keys() for checks in KNOWN_FAILURES.values())
-
-
-def test_the_controls_have_no_known_failures() -> None:
-    """A failure on a robot without a habit would be an ordinary bug."""
-    assert not [name for name in KNOWN_FAILURES if name.startswith("plain")]
 
 
 @UNMEASURED

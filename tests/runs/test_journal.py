@@ -142,7 +142,7 @@ def check_resumed(path: Path, held: bytes, whole: Ran, settings: str = "bolt?sil
     assert path.read_bytes().startswith(held[: before.whole])
     again = [
         entry["number"]
-        for entry in map(json.loads, path.read_bytes()[before.whole :].splitlines())
+        for entry in map(json.loads, filter(None, path.read_bytes()[before.whole :].splitlines()))
         if entry["type"] == "intent"
     ]
     assert not answered.keys() & set(again)

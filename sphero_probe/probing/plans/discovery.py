@@ -13,7 +13,8 @@ from sphero_probe.catalogue.model import Kind
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import FACTS, WellKnown, row_for
 from sphero_probe.link.exchange import Answered
-from sphero_probe.probing.calibration import ABSENT_COMMANDS
+from sphero_probe.link.policy import IMPOSSIBLE_CIDS
+from sphero_probe.probing.comparison import claimed_devices
 from sphero_probe.probing.finding import Finding, Outcome
 from sphero_probe.probing.plan import Plan, Probe, Stage
 from sphero_probe.protocol import CODECS
@@ -48,7 +49,7 @@ def discovery(
     """
     map_ = _Map(generation, target, tuple(dids))
     stages: list[Stage] = [map_.facts(), map_.claimed_devices(), map_.claimed_commands, map_.nodes()]
-    stages += [map_.devices(cid) for cid in ABSENT_COMMANDS]
+    stages += [map_.devices(cid) for cid in IMPOSSIBLE_CIDS]
     stages.append(map_.commands)
     if lengths:
         stages += [map_.of_length(length) for length in LENGTHS]
@@ -78,15 +79,19 @@ class _Map:
 
     def claimed_commands(self, findings: _Findings) -> Iterator[Probe]:
         """Stage 1, continued: which commands does it say each of them has."""
-        devices = row_for(self._generation, WellKnown.CLAIMED_DEVICES)
         commands = row_for(self._generation, WellKnown.CLAIMED_COMMANDS)
-        if devices is None or commands is None:
-            return
-        for finding in findings:
-            exchange = finding.exchange
-            if finding.command[:2] == (devices.did, devices.cid) and isinstance(exchange, Answered):
-                for did in dict.fromkeys(exchange.response.payload):
-                    yield Probe(Command(commands.did, commands.cid, bytes([did]), self._target))
+        asked = {finding.command for finding in findings}
+        for target, did in claimed_devices(findings, self._codec) if commands else ():
+            probe = Command(commands.did, commands.cid, bytes([did]), target) if commands else None
+            if probe and probe not in asked:
+                yield Probe(probe)
+
+    def _claimed_devices_of_others(self, findings: _Findings) -> Iterator[Probe]:
+        """Stage 2, continued: the same question for every other node that was found."""
+        row = row_for(self._generation, WellKnown.CLAIMED_DEVICES)
+        for target in self._nodes(findings):
+            if row and target != self._target:
+                yield Probe(Command(row.did, row.cid, b"", target))
 
     def nodes(self) -> list[Probe]:
         """Stage 2: which nodes answer an echo."""
@@ -104,7 +109,8 @@ class _Map:
         """Stage 4: which devices are there; what one command id calls absent is confirmed with two more."""
 
         def stage(findings: _Findings) -> Iterator[Probe]:
-            first = cid == ABSENT_COMMANDS[0]
+            first = cid == IMPOSSIBLE_CIDS[0]
+            yield from self._claimed_devices_of_others(findings) if first else self.claimed_commands(findings)
             closed = self._closed(findings)
             for target in self._nodes(findings):
                 for did in self._dids:

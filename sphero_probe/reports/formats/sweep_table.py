@@ -50,7 +50,10 @@ class SweepTable:
         places = sorted({line.node for line in lines})
         apart = heading is None or len(places) > 1
         notes = self._held["note"]
-        calibration = [shown(note.get("text")) for note in notes if note.get("kind") == "calibration"]
+        calibration = words.calibration_lines(notes)
+        for note in notes:
+            if note.get("kind") == "executed":
+                self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
         if heading:
             who, *rest = words.heading_lines(heading, places, calibration)
             self._writer.say(who, "bold", limit=_LINE)
@@ -59,7 +62,7 @@ class SweepTable:
         self._differences([note for note in notes if note.get("kind") == "comparison"])
         self._sections(words.sections(lines, robot), apart=apart)
         self._withheld(lines, apart=apart)
-        said = ("calibration", "comparison")
+        said = ("calibration", "evidence", "executed", "comparison")
         self._end(heading, lines, [note for note in notes if note.get("kind") not in said])
         self._writer.flush()
 

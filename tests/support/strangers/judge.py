@@ -18,6 +18,10 @@ LONGEST_MUTE: Final = 30.0
 """Seconds that it may take where nothing that comes matches."""
 _ACTING: Final = (0x13, 0x16, 0x17)
 """Devices that sleep or move: without evidence nothing unknown is asked of them."""
+_STOPS: Final = ((0x16, 0x01), (0x02, 0x30))
+"""Raw motors and roll, which stop the motors when their arguments are zeros."""
+_PARTLY: Final = 8
+"""Commands of a device that must be named before all of them are wanted."""
 _WRONG: Final = 11
 """Bytes of a probe at a wrong length, at least."""
 
@@ -101,7 +105,18 @@ def _evidence(rows: Iterable[Row]) -> list[Row]:
 
 
 def _unallowed(ran: Ran) -> list[Executed]:
-    return [done for done in ran.robot.ledger if done.unallowed]
+    """Return what ran and was not allowed; stopping the motors after something else ran is."""
+    ledger = ran.robot.ledger
+    return [
+        done
+        for number, done in enumerate(ledger)
+        if done.unallowed
+        and not (_is_stop(done) and any(other.row.effect > Effect.READ for other in ledger[:number]))
+    ]
+
+
+def _is_stop(done: Executed) -> bool:
+    return done.row.pair in _STOPS and len(done.data) < _WRONG and not any(done.data)
 
 
 def reported(ran: Ran) -> Iterator[str]:
@@ -179,6 +194,8 @@ def lost(ran: Ran) -> Iterator[str]:
     found = {triple_of(finding): finding for finding in ran.findings}
     for row in ran.robot.firmware.rows:
         word = found[row.triple].outcome if row.triple in found else Outcome.EXISTS
+        if row.triple in found and "not confirmed" in found[row.triple].note:
+            continue  # commands that cannot exist get the same answer
         if row.effect is Effect.READ and row.name and word is not Outcome.EXISTS:
             yield f"{_spell(row.triple)}: a documented read, {word.value}"
 
@@ -196,7 +213,7 @@ def doubt(ran: Ran) -> Iterator[str]:
         device = row.node, row.did
         if (
             row.triple not in named
-            and device in {triple[:2] for triple in named}
+            and sum(triple[:2] == device and triple[2] in cids_of(ran.stranger) for triple in named) > _PARTLY
             and row.cid in cids_of(ran.stranger)
         ):
             yield f"{_spell(row.triple)}: exists, and no finding names it"
@@ -232,9 +249,10 @@ def compared(ran: Ran) -> Iterator[str]:
     }
     asked = {(node, did) for node, did, _ in map(triple_of, ran.findings)}
     unknown = {row.triple for row in firmware.rows if not row.name}
+    withheld = {triple_of(finding) for finding in ran.findings if finding.outcome is Outcome.SKIPPED}
     due = {
         "hidden": exists - claimed,
-        "ghost": {triple for triple in claimed - ran.robot.truth if triple[:2] in asked},
+        "ghost": {triple for triple in claimed - ran.robot.truth - withheld if triple[:2] in asked},
         "unknown": exists & unknown,
     }
     for word, triples in due.items():

@@ -1,0 +1,98 @@
+"""What must be calibrated before which probes, and doing it."""
+
+from collections.abc import Collection, Container, Mapping, Sequence
+from typing import NamedTuple
+
+from sphero_probe.link.policy import IMPOSSIBLE_CIDS, is_wrong_length
+from sphero_probe.probing.executions import Executions
+from sphero_probe.probing.finding import Note
+from sphero_probe.probing.notes import calibration_note, evidence_note
+from sphero_probe.probing.plan import Probe
+from sphero_probe.probing.prober import FilledProbe, Prober
+
+
+class Wanted(NamedTuple):
+    """What must be calibrated.
+
+    Attributes:
+        nodes: address byte -> devices of that node that will be probed.
+        devices: node and device id of each device.
+    """
+
+    nodes: Mapping[int | None, Collection[int]]
+    devices: Sequence[tuple[int | None, int]]
+
+
+class Calibrator:
+    """Calibrates the nodes and devices of one run, each once.
+
+    Attributes:
+        filled: number -> probes that were filled in while looking for what must be calibrated.
+    """
+
+    def __init__(self, prober: Prober, executions: Executions, *, verify: bool) -> None:
+        self.filled: dict[int, FilledProbe] = {}
+        self._prober = prober
+        self._executions = executions
+        self._verify = verify
+        self._noted: set[int | None] = set()
+
+    def look_through(self, probes: Sequence[Probe], first: int, settled: Container[int]) -> Wanted:
+        """Return which nodes and devices must be measured before these probes.
+
+        Nothing is measured for documented commands at their own length, unless the run verifies its findings.
+        Of each node, probes are filled in until one depends on its length checks.
+
+        Args:
+            probes: of one stage.
+            first: number of the first.
+            settled: numbers that are not sent any more.
+        """
+        nodes: dict[int | None, set[int]] = {}
+        dids: dict[int | None, set[int]] = {}
+        for number, probe in enumerate(probes, first):
+            command = probe.command
+            if number in settled:
+                continue
+            target = self._prober.target if command.target is None else command.target
+            among = dids.setdefault(target, set())
+            if command.cid not in IMPOSSIBLE_CIDS:
+                among.add(command.did)
+            if target not in nodes:
+                filled = self.filled[number] = self._prober.fill(number, probe)
+                if self._verify or is_wrong_length(filled.command, filled.knowledge):
+                    nodes[target] = among
+        keys = [(target, did) for target, among in nodes.items() for did in sorted(among)]
+        return Wanted(nodes, [key for key in keys if key not in self._prober.devices])
+
+    async def measure(self, wanted: Wanted) -> None:
+        """Measure nodes and devices.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        executed = [
+            (await self._prober.calibrate(target, dids)).executed
+            for target, dids in wanted.nodes.items()
+            if target not in self._prober.profiles
+        ]
+        executed += [device.executed for device in await self._prober.calibrate_devices(wanted.devices)]
+        for command in executed:
+            if command:
+                self._executions.take(command)
+        await self._executions.report()
+
+    def notes(self, wanted: Wanted) -> list[Note]:
+        """Return what was found on nodes and devices that were just measured."""
+        robot = self._prober.link.policy.robot
+        notes: list[Note] = []
+        for target in wanted.nodes:
+            profile = self._prober.profiles.get(target)
+            if profile and target not in self._noted:
+                self._noted.add(target)
+                notes.append(calibration_note(profile, robot))
+        for target in dict.fromkeys(target for target, _ in wanted.devices):
+            devices = [found for key, found in self._prober.devices.items() if key[0] == target]
+            if any(device.asked for device in devices):
+                notes.append(evidence_note(target, devices, robot))
+        return notes

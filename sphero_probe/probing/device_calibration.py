@@ -1,0 +1,223 @@
+"""How strictly one device of a node checks lengths, and what it says of commands that cannot exist.
+
+Firmware checks lengths handler by handler, so a node's reads say little about the setters of another device.
+Every documented read of the device gets surplus bytes, and so do up to two setters that change nothing when
+they run: those that switch off a notification.
+"""
+
+from collections import Counter
+from functools import lru_cache
+from typing import Final
+
+from sphero_probe.catalogue import all_rows
+from sphero_probe.catalogue.model import CommandRow, Kind, Robot
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.concurrent import ask_together
+from sphero_probe.link.policy import IMPOSSIBLE_CIDS, WRONG_LENGTH
+from sphero_probe.probing.profiles import ACCEPTED, Answer, DeviceProfile
+from sphero_probe.probing.questions import Questions, Reply
+from sphero_probe.protocol.packets import Command, Generation, Verdict
+from sphero_probe.session.reconnect import Reconnector
+
+SETTERS: Final = 2
+"""Harmless setters of a device that get a wrong length at most."""
+_TRIES: Final = 2
+"""How often a command is asked over dropped links; it may be what drops them."""
+_HARMLESS: Final = ("enable_", "_notify")
+"""Parts of the names of setters that change nothing when all their arguments are zero."""
+
+
+def calibration_rows(
+    generation: Generation, robot: Robot | None, did: int
+) -> tuple[list[CommandRow], list[CommandRow]]:
+    """Return the documented reads and the harmless setters of a device that have a wrong length.
+
+    Args:
+        generation: whose catalogue counts.
+        robot: the model, None where it is not known: then every row of the device counts.
+        did: the device id.
+    """
+    rows = _with_wrong_length(generation, robot.key if robot else "", did)
+    reads = [row for row in rows if row.risk is Risk.READ]
+    setters = [row for row in rows if row.risk is Risk.WRITE and _changes_nothing(row)]
+    return reads, setters[:SETTERS]
+
+
+def has_setters(generation: Generation, robot: Robot | None, did: int) -> bool:
+    """Whether a documented setter of this device may get a wrong length; the arguments are as above."""
+    rows = _with_wrong_length(generation, robot.key if robot else "", did)
+    return any(row.risk is Risk.WRITE for row in rows)
+
+
+@lru_cache(maxsize=1024)
+def _with_wrong_length(generation: Generation, robot: str, did: int) -> tuple[CommandRow, ...]:
+    """Return the rows of a device that do not take the length of a probe; all robots' where none is named."""
+    return tuple(
+        row
+        for row in all_rows(generation)
+        if row.did == did
+        and row.kind is Kind.COMMAND
+        and row.request is not None
+        and not row.request.accepts(WRONG_LENGTH)
+        and (not robot or robot in row.nodes)
+    )
+
+
+def _changes_nothing(row: CommandRow) -> bool:
+    name = row.name.partition(".")[2]
+    return any(part in name for part in _HARMLESS)
+
+
+class DeviceCalibration:
+    """Measures one device of a node, reads first; the policy learns what was measured.
+
+    Each question is asked once: after a lost link, ``ask_reads`` and ``ask_setters`` go on with the others.
+    """
+
+    def __init__(self, line: Reconnector, target: int | None, did: int) -> None:
+        self._line = line
+        self._target = target
+        self._did = did
+        self._questions = Questions(line, target)
+        self._impossible: dict[int, Answer | None] = {}
+        self._executed: Command | None = None
+        self._asked = self._refused = 0
+        self._masks = False
+        self._exists = True
+        self._done: set[int] = set()
+        self._tries: Counter[int] = Counter()
+        self._claimed: frozenset[int] = frozenset()
+        self._has_claims = False
+
+    async def ask_reads(self) -> None:
+        """Ask what cannot exist, every documented read with surplus bytes, and the robot's own list.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        if not self._impossible:
+            self._exists = await self._ask_impossible()
+        if self._may_go_on():
+            reads, _ = self._rows()
+            await ask_together([*map(self._ask_read, reads), self._ask_claims()])
+
+    async def ask_setters(self) -> None:
+        """Send harmless setters a wrong length, one after the other, until one accepts it.
+
+        Raises:
+            LinkLostError: the robot is gone.
+        """
+        _, setters = self._rows()
+        for row in setters:
+            if not self._may_go_on() or self._masks:
+                return
+            if self._is_done(row):
+                continue
+            probe = Command(self._did, row.cid, bytes(WRONG_LENGTH), self._target)
+            reply = await self._questions.ask(probe, "bad data length")
+            self._learn(probe, reply)
+            self._done.add(row.cid)
+            if reply.verdict in ACCEPTED:
+                self._executed = probe
+
+    def profile(self) -> DeviceProfile:
+        """Return what was measured."""
+        return DeviceProfile(
+            self._target,
+            self._did,
+            self._exists,
+            self._asked,
+            self._refused,
+            self._impossible,
+            tuple(self._questions.steps),
+            self._executed,
+            self._claimed,
+        )
+
+    def _is_done(self, row: CommandRow) -> bool:
+        """Whether a command was asked, or was in flight twice when the link dropped."""
+        self._tries[row.cid] += 1
+        return row.cid in self._done or self._tries[row.cid] > _TRIES
+
+    def _may_go_on(self) -> bool:
+        checks = self._line.link.policy.length_checks
+        return (
+            self._exists
+            and checks.is_strict(self._target)
+            and not checks.is_uninformative(self._target, self._did)
+        )
+
+    def _rows(self) -> tuple[list[CommandRow], list[CommandRow]]:
+        return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
+
+    async def _ask_impossible(self) -> bool:
+        """Ask a command that cannot exist, at both lengths; return whether the device may exist."""
+        first, second, *_ = (Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS)
+        lengths = (WRONG_LENGTH, 0)
+        probes = [first._replace(payload=bytes(length)) for length in lengths]
+        replies = await self._questions.ask_all(probes, Verdict.NO_COMMAND.value)
+        for length, reply in zip(lengths, replies, strict=True):
+            if not reply.blocked:
+                self._impossible[length] = reply.answer
+        wrong = replies[0]
+        self._masks = wrong.verdict is Verdict.BAD_LENGTH
+        if wrong.verdict in ACCEPTED:
+            other = await self._questions.ask(
+                second._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
+            )
+            self._judge_yes(first, other)
+        return wrong.verdict is not Verdict.NO_DEVICE
+
+    def _judge_yes(self, command: Command, other: Reply) -> None:
+        """Take in that a command that cannot exist succeeded: either the device says so of all, or it ran."""
+        checks = self._line.link.policy.length_checks
+        if other.verdict in ACCEPTED:
+            checks.take_as_uninformative(self._target, self._did)
+        else:
+            self._executed = command._replace(payload=bytes(WRONG_LENGTH))
+            self._impossible[WRONG_LENGTH] = other.answer
+            checks.distrust(self._target)
+
+    async def _ask_read(self, row: CommandRow) -> None:
+        """Send a read surplus bytes, unless that was done; a read that was measured with its node counts."""
+        if self._is_done(row):
+            return
+        probe = Command(self._did, row.cid, bytes(WRONG_LENGTH), self._target)
+        if row.cid in self._line.link.policy.length_checks.refusals(self._target, self._did):
+            self._asked += 1
+            self._refused += 1
+        else:
+            reply = await self._questions.ask(probe, "bad data length")
+            if await self._takes_part(row, reply):
+                self._learn(probe, reply)
+        self._done.add(row.cid)
+
+    async def _takes_part(self, row: CommandRow, reply: Reply) -> bool:
+        """Whether an answer is that of an existing command; a masking device refuses lengths of any."""
+        if reply.verdict is not Verdict.BAD_LENGTH or not self._masks:
+            return True
+        sample = row.sample if row.sample is not None else row.request.zeros() if row.request else b""
+        proper = await self._questions.ask(Command(self._did, row.cid, sample), "success")
+        return proper.verdict is Verdict.OK
+
+    async def _ask_claims(self) -> None:
+        """Ask the robot which commands it has here: a wrong length may reach those."""
+        robot = self._line.link.policy.robot
+        row = row_for(self._line.link.codec.generation, WellKnown.CLAIMED_COMMANDS)
+        if robot is None or row is None or robot.key not in row.nodes or self._has_claims:
+            return
+        reply = await self._questions.ask(Command(row.did, row.cid, bytes([self._did])), "success")
+        if reply.verdict is Verdict.OK and reply.answer:
+            self._claimed = frozenset(reply.answer.payload)
+        self._has_claims = True
+
+    def _learn(self, probe: Command, reply: Reply) -> None:
+        checks = self._line.link.policy.length_checks
+        if reply.verdict is Verdict.BAD_LENGTH:
+            self._asked += 1
+            self._refused += 1
+            checks.take_refusal(probe)
+        elif reply.verdict in ACCEPTED:
+            self._asked += 1
+            checks.distrust(self._target)
