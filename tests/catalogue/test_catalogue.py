@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -90,7 +90,7 @@ def test_no_pair_is_made_up() -> None:
     assert known - {(pair.did, pair.cid) for pair in PAIRS} == NOT_IN_THE_SURVEY
 
 
-def offenders(is_healthy: Callable[[Pair, Sequence[CommandRow]], object]) -> list[str]:
+def offenders(is_healthy: Callable[[Pair, tuple[CommandRow, ...]], object]) -> list[str]:
     return [
         f"{pair.did:02x}/{pair.cid:02x}"
         for pair in PAIRS

@@ -10,7 +10,7 @@ from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 Said = Response | Notification
 
 
-def fake(text: str, on_execute: Callable[[Executed], object] | None = None) -> FakeRobot:
+def fake(text: str, on_execute: Callable[[Executed], None] | None = None) -> FakeRobot:
     return FakeRobot(parse_settings(text), on_execute)
 
 
