@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from signal import Signals
 
 import pytest
 
@@ -269,7 +268,7 @@ def test_hidden_commands_lead_the_table(cli: Cli) -> None:
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "terminate"]
 )
-def test_a_signal_ends_a_sweep_cleanly(number: Signals, code: int) -> None:
+def test_a_signal_ends_a_sweep_cleanly(number: signal.Signals, code: int) -> None:
     ran = subprocess.Popen(
         [
             *(sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13"),

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from signal import Signals
 from typing import Any
 
 import pytest
@@ -399,7 +398,7 @@ def test_kill_9_and_on(cli: Cli, tmp_path: Path, size: int) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-def test_a_signal_tells_how_to_go_on(cli: Cli, tmp_path: Path, number: Signals) -> None:
+def test_a_signal_tells_how_to_go_on(cli: Cli, tmp_path: Path, number: signal.Signals) -> None:
     path = tmp_path / "run.jsonl"
     process = start(path, "--did", "0x10-0x1a", "--allow", "write")
     await_size(path, 3000, process)

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import click
 import pytest
-from click.core import Command, Group
 from click_man.shell import cli as click_man
 
 from sphero_probe import __version__, cli
-from sphero_probe.cli.group import COMMANDS, LazyGroup
+from sphero_probe.cli.group import COMMANDS
 
 MACROS = {".TH", ".SH", ".PP", ".TP", ".B"}
 ESCAPES = {r"\-", r"\f"}
@@ -28,7 +27,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 def commands(
     group: click.Group, words: tuple[str, ...] = ("sphero-probe",)
-) -> Iterator[tuple[str, Command | Group | LazyGroup]]:
+) -> Iterator[tuple[str, click.Command]]:
     yield "-".join(words), group
     for name, command in group.commands.items():
         if isinstance(command, click.Group):
