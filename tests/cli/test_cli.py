@@ -15,29 +15,9 @@ from sphero_probe.catalogue import ROBOTS
 from sphero_probe.cli.output import FORMATS
 from sphero_probe.protocol.packets import Generation
 from tests.support.cli import Cli, objects
+from tests.support.reports_by_hand import FINDING_KEYS
 
 FAKE = ("--device", "fake:bolt-plus")
-FINDING_KEYS = [
-    "type",
-    "number",
-    "target",
-    "did",
-    "cid",
-    "name",
-    "risk",
-    "outcome",
-    "confidence",
-    "code",
-    "code_name",
-    "payload",
-    "fields",
-    "units",
-    "sent",
-    "received",
-    "rtt_ms",
-    "attempts",
-    "note",
-]
 
 
 @pytest.mark.unmeasured
@@ -74,7 +54,7 @@ def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli: Cli, tmp
     assert all("schema_version" not in row for row in rows[1:])
     findings = [row for row in rows if row["type"] == "finding"]
     assert sorted(row["cid"] for row in findings) == list(range(256))
-    assert all(list(row) == FINDING_KEYS for row in findings)
+    assert all(list(row) == ["type", *FINDING_KEYS] for row in findings)
     battery = next(row for row in findings if row["cid"] == 0x10)
     assert battery["name"] == "power.get_battery_percentage"
     assert battery["outcome"] == "exists"

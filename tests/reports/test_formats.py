@@ -24,6 +24,7 @@ from sphero_probe.transports.base import Seen
 from tests.support.reports_by_hand import (
     ASKED,
     BOLT,
+    FINDING_KEYS,
     HEADING,
     HOSTILE,
     LISTS,
@@ -151,25 +152,7 @@ def test_plain_is_never_cut() -> None:
 
 def test_csv_is_a_table_with_a_header() -> None:
     head, *records = csv.reader(io.StringIO(rendered("csv", RUN), newline=""))
-    assert head == [
-        "number",
-        "target",
-        "did",
-        "cid",
-        "name",
-        "risk",
-        "outcome",
-        "confidence",
-        "code",
-        "code_name",
-        "payload",
-        "fields",
-        "sent",
-        "received",
-        "rtt_ms",
-        "attempts",
-        "note",
-    ]
+    assert head == [key for key in FINDING_KEYS if key != "units"]
     assert len(records) == len(ASKED)
     assert dict(zip(head, records[0], strict=True))["payload"] == "57"
     assert dict(zip(head, records[4], strict=True))["note"] == "brick: power.enter_deep_sleep (--allow brick)"

@@ -29,6 +29,7 @@ from sphero_probe.transports.base import Seen
 from tests.support.reports_by_hand import (
     BOLT,
     CODEC,
+    FINDING_KEYS,
     HEADING,
     PRIMARY,
     V2,
@@ -38,27 +39,6 @@ from tests.support.reports_by_hand import (
     silent,
     summary,
 )
-
-FINDING_KEYS = [
-    "number",
-    "target",
-    "did",
-    "cid",
-    "name",
-    "risk",
-    "outcome",
-    "confidence",
-    "code",
-    "code_name",
-    "payload",
-    "fields",
-    "units",
-    "sent",
-    "received",
-    "rtt_ms",
-    "attempts",
-    "note",
-]
 
 
 def test_an_answered_finding() -> None:
