@@ -16,7 +16,7 @@ from sphero_probe.probing.calibration import Calibration, Profile, Strictness
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.oneshot import send_once, stop_motors
-from sphero_probe.probing.plan import Plan, Probe, sweep
+from sphero_probe.probing.plan import Plan, Probe, Stage, sweep
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Response, Role
@@ -76,7 +76,7 @@ class Unplugged:
 
 def ask(
     settings: str,
-    stages: Sequence[object],
+    stages: Sequence[Stage],
     *,
     consent: Consent = DEFAULT,
     unplug_after: int | None = None,
@@ -94,7 +94,7 @@ def ask(
         policy = Policy(codec.generation, robot.model, consent, (robot.name,))
         async with Link(transport, codec, policy) as link:
             target = PRIMARY if robot.model.addressed else None
-            run = Engine(Plan("test", "", stages), link, robot.name, target)  # type: ignore[arg-type]
+            run = Engine(Plan("test", "", stages), link, robot.name, target)
             try:
                 async for record in run.records():
                     records.append(record)
