@@ -35,6 +35,15 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     return ran
 
 
+@pytest.fixture
+def limited() -> Iterator[None]:
+    """End the test in time, also where the bus never answers."""
+    from tests.support.fake_bluez_stage import PATIENCE, limit
+
+    with limit(PATIENCE):
+        yield
+
+
 @pytest.fixture(scope="session")
 def _homes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Folders that are not there yet, one for each test: most never look at theirs."""

@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,7 +21,7 @@ from benchmarks.corpus import (
 )
 from benchmarks.section import Line, Options, Ratio, Remark
 from benchmarks.timing import race, ratio
-from sphero_probe.protocol.packets import Generation
+from sphero_probe.protocol.packets import Generation, Notification, Response
 from sphero_probe.protocol.v2 import V2
 from tests.support import reference_decoder, reference_decoder_v1
 
@@ -27,7 +29,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 @pytest.mark.unmeasured
-def test_the_codec_section_runs_and_names_every_peer(capsys):
+def test_the_codec_section_runs_and_names_every_peer(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--quick", "--only", "codec", "--rounds", "1", "--json"]) == 0
     entries = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     lines = [entry for entry in entries if entry["type"] == "line"]
@@ -43,7 +45,7 @@ def test_the_codec_section_runs_and_names_every_peer(capsys):
     assert all("we recovered 100 %" in line["note"] for line in beside_damage if line["what"][:2] == "V2")
 
 
-def test_the_quick_benchmark_is_a_command():
+def test_the_quick_benchmark_is_a_command() -> None:
     command = [sys.executable, "-m", "benchmarks", "--help"]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     for word in ("--quick", "--only", "--rounds", "--json", "codec", "decode"):
@@ -57,15 +59,17 @@ def test_the_quick_benchmark_is_a_command():
         pytest.param(["--rounds", "0"], id="no round"),
     ],
 )
-def test_what_cannot_be_measured_is_refused(arguments, capsys):
+def test_what_cannot_be_measured_is_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
     assert arguments[1] in capsys.readouterr().err or arguments[1] == "0"
 
 
-def test_the_text_tells_bars_and_losses(capsys, monkeypatch):
-    entries = [
+def test_the_text_tells_bars_and_losses(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries: list[Line | Remark] = [
         Remark("what is simulated"),
         Line("a task", "a peer", Ratio(3.0, 2.0, 4.0), 2.5),
         Line("a task", "a slow one", Ratio(2.0, 2.0, 2.0), 2.5, note="1 us"),
@@ -83,8 +87,8 @@ def test_the_text_tells_bars_and_losses(capsys, monkeypatch):
     assert "met" not in lossy
 
 
-def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch):
-    def missing(name):
+def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name}", name=name)
 
     monkeypatch.setattr(peers, "version", missing)
@@ -95,8 +99,8 @@ def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch):
     assert all("we recovered 100 %" in row.note for row in rows)
 
 
-def test_who_loses_frames_is_told():
-    def deaf(chunks, take):
+def test_who_loses_frames_is_told() -> None:
+    def deaf(chunks: list[bytes], take: peers.Take) -> None:
         peers.ours(Generation.V2).read(chunks[1:], take)
 
     corpus = second_generation(200)
@@ -107,27 +111,30 @@ def test_who_loses_frames_is_told():
     assert codec._misspelt(poor._replace(encode=lambda _: [b""]), commands(20))
 
 
-def test_the_plain_decoders_read_the_corpora():
+def test_the_plain_decoders_read_the_corpora() -> None:
     for corpus in (second_generation(300), second_generation(100, kinds=ANSWERS_ONLY)):
         plain = reference_decoder.frames_in(corpus.stream, 4096)
         assert len(plain) == len(corpus.packets)
         for frame, packet in zip(plain, corpus.packets, strict=True):
+            assert isinstance(packet, Response | Notification)
             assert (frame.did, frame.cid, frame.seq) == (packet.did, packet.cid, packet.seq)
             assert (frame.tid, frame.sid, frame.data) == (packet.target, packet.source, packet.payload)
             assert frame.flags == packet.flags
     corpus = first_generation(60)
-    plain = reference_decoder_v1.frames_in(corpus.stream, "host", 4096)
-    assert [frame.data for frame in plain] == [packet.payload for packet in corpus.packets]
+    said = [packet for packet in corpus.packets if isinstance(packet, Response | Notification)]
+    assert len(said) == len(corpus.packets)
+    payloads = [frame.data for frame in reference_decoder_v1.frames_in(corpus.stream, "host", 4096)]
+    assert payloads == [packet.payload for packet in said]
 
 
-def test_a_corpus_is_the_same_for_the_same_seed():
+def test_a_corpus_is_the_same_for_the_same_seed() -> None:
     assert second_generation(50) == second_generation(50)
     assert second_generation(50).stream != second_generation(50, seed=2).stream
     assert b"".join(chunks(first_generation(50).stream, 7)) == first_generation(50).stream
     assert all(len(command.payload) < 12 for command in commands(40))
 
 
-def test_damage_leaves_the_good_frames_whole():
+def test_damage_leaves_the_good_frames_whole() -> None:
     corpus = second_generation(500)
     spoilt = damaged(corpus, 0.1)
     assert 420 < len(spoilt.packets) < 480
@@ -137,18 +144,23 @@ def test_damage_leaves_the_good_frames_whole():
         at = spoilt.stream.index(frame, at) + len(frame)
 
 
-def test_all_run_by_turns():
-    order = []
-    seconds = race({name: lambda name=name: order.append(name) for name in "abc"}, 3)
+def test_all_run_by_turns() -> None:
+    order: list[str] = []
+    seconds = race({name: partial(order.append, name) for name in "abc"}, 3)
     assert "".join(order) == "abc" + "abc" + "bca" + "cab"
     assert all(len(times) == 3 for times in seconds.values())
     assert ratio([2.0, 4.0, 9.0], [1.0, 1.0, 3.0]) == Ratio(3.0, 2.5, 3.5)
     assert ratio([3.0], [1.5]) == Ratio(2.0, 2.0, 2.0)
 
 
-def test_rounds_are_at_least_seven(monkeypatch):
+def test_rounds_are_at_least_seven(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Options] = []
-    section = codec.SECTION._replace(measure=lambda options: iter(asked.append(options) or ()))
+
+    def measure(options: Options) -> Iterator[Line | Remark]:
+        asked.append(options)
+        return iter(())
+
+    section = codec.SECTION._replace(measure=measure)
     monkeypatch.setattr("benchmarks.__main__.sections", lambda: {"codec": section})
     for arguments in ([], ["--quick"], ["--rounds", "2"]):
         main(arguments)
@@ -161,7 +173,9 @@ def test_rounds_are_at_least_seven(monkeypatch):
 @pytest.mark.parametrize("silent", sweep.SILENT)
 @pytest.mark.parametrize(("interval", "per_event"), sweep.LINKS)
 @pytest.mark.unmeasured
-def test_no_answer_is_taken_for_silence_on_any_modelled_link(interval, per_event, silent, queue, loss, seed):
+def test_no_answer_is_taken_for_silence_on_any_modelled_link(
+    interval: float, per_event: int, silent: float, queue: int, loss: float, seed: int
+) -> None:
     swept = sweep.sweep_of(sweep.Cell(interval, per_event, silent, queue, loss), [0x13], seed)
     assert swept.false == 0
     assert swept.seconds >= swept.limit
@@ -169,7 +183,7 @@ def test_no_answer_is_taken_for_silence_on_any_modelled_link(interval, per_event
 
 @pytest.mark.parametrize(("interval", "per_event"), sweep.LINKS)
 @pytest.mark.unmeasured
-def test_a_sweep_of_whole_devices_comes_near_its_link(interval, per_event):
+def test_a_sweep_of_whole_devices_comes_near_its_link(interval: float, per_event: int) -> None:
     """On a virtual clock: the same on every machine, however busy."""
     cell = sweep.Cell(interval, per_event, *sweep.USUAL, 0.0)
     swept = sweep.sweep_of(cell, range(0x40, 0x48), 0)

@@ -12,12 +12,13 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli import options, output
 from sphero_probe.cli.group import COMMANDS, LazyGroup, group
 from sphero_probe.reports.registry import FORMATS
+from tests.support.cli import Cli
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "sphero_probe"
 
 
-def test_layers_import_one_way(monkeypatch, capsys):
+def test_layers_import_one_way(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(ROOT)
     assert lint_imports(cache_dir=None) == 0, capsys.readouterr().out
 
@@ -30,13 +31,13 @@ def imported_by(*arguments: str) -> set[str]:
     return set(ran.stdout.split("IMPORTED\n")[1].split())
 
 
-def test_a_sweep_of_a_fake_needs_no_bleak():
+def test_a_sweep_of_a_fake_needs_no_bleak() -> None:
     assert "bleak" not in imported_by("explain", "0x05")
     assert "bleak" not in imported_by("sweep", "--did", "0x13", "--device", "fake:bolt", "--format", "plain")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_has_help_with_an_example(cli, name):
+def test_a_command_has_help_with_an_example(cli: Cli, name: str) -> None:
     assert isinstance(group, LazyGroup)
     ran = cli(name, "--help")
     assert ran.code == 0
@@ -45,22 +46,22 @@ def test_a_command_has_help_with_an_example(cli, name):
         assert f"Example: sphero-probe {name}" in ran.out
 
 
-def test_the_light_copies_of_words_agree_with_their_homes():
+def test_the_light_copies_of_words_agree_with_their_homes() -> None:
     assert tuple(FORMATS) == output.FORMATS
     assert tuple(risk.word for risk in Risk) == options.RISKS
 
 
-def test_version(cli, capsys):
+def test_version(cli: Cli, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli("--version").out == f"sphero-probe {__version__}\n"
 
 
-def test_above_the_catalogue_nobody_asks_which_generation():
+def test_above_the_catalogue_nobody_asks_which_generation() -> None:
     for layer in ("link", "probing", "reports"):
         for file in (PACKAGE / layer).rglob("*.py"):
             assert "Generation.V" not in file.read_text(encoding="utf-8"), file
 
 
-def test_modules_stay_small():
+def test_modules_stay_small() -> None:
     for file in PACKAGE.rglob("*.py"):
         if not file.name.startswith("rows_"):
             assert len(file.read_text(encoding="utf-8").splitlines()) <= 330, file

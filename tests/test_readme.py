@@ -10,6 +10,7 @@ from sphero_probe.cli.group import COMMANDS
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.settings import KEYS
+from tests.support.cli import Cli
 from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -24,7 +25,7 @@ LINES = {line: page for page, text in reversed(PAGES.items()) for line in LINE.f
 SETUP = re.findall(r"^python3 -m venv .+$", README, re.MULTILINE)
 
 
-def test_it_is_short_and_starts_with_a_transcript():
+def test_it_is_short_and_starts_with_a_transcript() -> None:
     assert len(README.splitlines()) < 250
     assert README.index("```console") < README.index("\n## ")
     assert len(LINE.findall(README)) >= 15
@@ -36,7 +37,7 @@ def test_the_cookbook_teaches_by_command_lines() -> None:
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("line", [pytest.param(line, id=f"{LINES[line]}: {line}") for line in LINES])
-def test_every_line_runs(cli, line, monkeypatch, tmp_path):
+def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)
     if "last" in line or line == "runs":
@@ -53,7 +54,7 @@ def test_every_line_runs(cli, line, monkeypatch, tmp_path):
         assert (tmp_path / "bolt-plus.jsonl").read_text().count('"type": "finding"') == 256
 
 
-def test_the_two_setup_lines_are_those_that_ci_runs():
+def test_the_two_setup_lines_are_those_that_ci_runs() -> None:
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     use, test = SETUP
     assert use in ci
@@ -61,16 +62,16 @@ def test_the_two_setup_lines_are_those_that_ci_runs():
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_stands_in_it(command):
+def test_every_command_stands_in_it(command: str) -> None:
     assert f"$ sphero-probe {command}" in README
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_every_key_of_the_fake_stands_in_it(key):
+def test_every_key_of_the_fake_stands_in_it(key: str) -> None:
     assert f"`{key}=" in README or f"`{key}" in README
 
 
-def test_every_exit_code_stands_in_it():
+def test_every_exit_code_stands_in_it() -> None:
     def codes(kind: type[SpheroProbeError]) -> set[int]:
         return {kind.exit_code}.union(*map(codes, kind.__subclasses__()))
 

@@ -17,7 +17,7 @@ DEPENDENCIES = "import bleak, click, platformdirs, rich"
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory):
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the wheel and install it, without its dependencies, into an empty folder."""
     pytest.importorskip("hatchling", reason="hatchling, which builds the wheel, comes with .[test]")
     folder = tmp_path_factory.mktemp("wheel")
@@ -44,7 +44,7 @@ def pythons() -> list[str]:
 
 
 @pytest.mark.parametrize("python", pythons(), ids=lambda path: Path(path).name)
-def test_the_installed_tool_is_whole(request, tmp_path, python):
+def test_the_installed_tool_is_whole(request: pytest.FixtureRequest, tmp_path: Path, python: str) -> None:
     if python != sys.executable:
         asked = subprocess.run([python, "-c", DEPENDENCIES], capture_output=True, check=False)
         if asked.returncode:

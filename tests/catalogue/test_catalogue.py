@@ -2,8 +2,9 @@
 
 import re
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -24,10 +25,11 @@ from sphero_probe.catalogue import (
     row_by_name,
     rows_of,
 )
-from sphero_probe.catalogue.model import AnswerStyle, Kind
+from sphero_probe.catalogue.model import AnswerStyle, CommandRow, Kind, Robot
 from sphero_probe.catalogue.payload.enums import VALUE_NAMES
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
+from tests.support.narrowing import known
 
 V2 = Generation.V2
 V2_ROBOTS = [robot for robot in ROBOTS.values() if robot.generation is V2]
@@ -52,7 +54,7 @@ class Pair(NamedTuple):
     length: str
 
 
-def read_pairs():
+def read_pairs() -> list[Pair]:
     pairs = []
     for line in (
         (Path(__file__).parents[1] / "data" / "pairs_v2.txt").read_text(encoding="utf-8").splitlines()
@@ -71,24 +73,24 @@ EACH_ROBOT = pytest.mark.parametrize(
 EACH_V2_ROBOT = pytest.mark.parametrize("robot", [pytest.param(robot, id=robot.key) for robot in V2_ROBOTS])
 
 
-def at(text):
+def at(text: str) -> tuple[int, int]:
     did, cid = text.split("/")
     return int(did, 16), int(cid, 16)
 
 
-def test_the_survey_is_all_there():
+def test_the_survey_is_all_there() -> None:
     kinds = Counter(pair.kind for pair in PAIRS)
     assert len({(pair.did, pair.cid) for pair in PAIRS}) == len(PAIRS) == 391
     assert (kinds[Kind.COMMAND], kinds[Kind.NOTIFICATION]) == (329, 62)
     assert sum(pair.read_only for pair in PAIRS) == 103
 
 
-def test_no_pair_is_made_up():
+def test_no_pair_is_made_up() -> None:
     known = {(row.did, row.cid) for row in all_rows(V2)}
     assert known - {(pair.did, pair.cid) for pair in PAIRS} == NOT_IN_THE_SURVEY
 
 
-def offenders(is_healthy):
+def offenders(is_healthy: Callable[[Pair, tuple[CommandRow, ...]], object]) -> list[str]:
     return [
         f"{pair.did:02x}/{pair.cid:02x}"
         for pair in PAIRS
@@ -96,14 +98,14 @@ def offenders(is_healthy):
     ]
 
 
-def test_pairs_have_the_kind_of_the_survey():
+def test_pairs_have_the_kind_of_the_survey() -> None:
     assert offenders(lambda pair, rows: rows and rows[0].kind is pair.kind) == []
 
 
-def test_pairs_are_no_less_dangerous_than_surveyed():
-    def dangerous_enough(pair, rows):
+def test_pairs_are_no_less_dangerous_than_surveyed() -> None:
+    def dangerous_enough(pair: Pair, rows: tuple[CommandRow, ...]) -> bool | str:
         place = (pair.did, pair.cid)
-        risk = lookup(V2, *place, None).risk
+        risk = known(lookup(V2, *place, None)).risk
         if pair.kind is Kind.NOTIFICATION:
             return {row.risk for row in rows} == {Risk.READ}
         if pair.read_only:
@@ -117,8 +119,8 @@ def test_pairs_are_no_less_dangerous_than_surveyed():
     assert offenders(dangerous_enough) == []
 
 
-def test_reads_have_no_severity():
-    def harmless(pair, rows):
+def test_reads_have_no_severity() -> None:
+    def harmless(pair: Pair, rows: tuple[CommandRow, ...]) -> bool:
         place = (pair.did, pair.cid)
         if pair.kind is Kind.NOTIFICATION or all(row.risk is not Risk.READ for row in rows):
             return True
@@ -129,10 +131,11 @@ def test_reads_have_no_severity():
     assert offenders(harmless) == []
 
 
-def test_requests_have_the_length_of_the_survey():
-    def right_length(pair, rows):
+def test_requests_have_the_length_of_the_survey() -> None:
+    def right_length(pair: Pair, rows: tuple[CommandRow, ...]) -> bool:
         if pair.length == "-":
             return True
+        assert rows[0].request is not None
         fixed = rows[0].request.fixed_length
         return fixed is None if pair.length == "var" else fixed == int(pair.length)
 
@@ -154,17 +157,17 @@ def test_requests_have_the_length_of_the_survey():
         pytest.param("fe/01", Risk.BRICK, id="a query that no list calls harmless"),
     ],
 )
-def test_risk_of(place, risk):
-    assert lookup(V2, *at(place), None).risk is risk
+def test_risk_of(place: str, risk: Risk) -> None:
+    assert known(lookup(V2, *at(place), None)).risk is risk
 
 
-def test_no_documented_request_takes_the_lengths_that_sweeps_use():
+def test_no_documented_request_takes_the_lengths_that_sweeps_use() -> None:
     lengths = {row.request.fixed_length for row in all_rows(V2) if row.request is not None}
     assert not lengths & {11, 13}
 
 
 @pytest.mark.parametrize("generation", list(Generation))
-def test_names_are_unique_and_dotted(generation):
+def test_names_are_unique_and_dotted(generation: Generation) -> None:
     names = [row.name for row in all_rows(generation)]
     assert len(set(names)) == len(names)
     for row in all_rows(generation):
@@ -174,28 +177,29 @@ def test_names_are_unique_and_dotted(generation):
 
 
 @pytest.mark.parametrize("generation", list(Generation))
-def test_rows_are_complete(generation):
+def test_rows_are_complete(generation: Generation) -> None:
     for row in all_rows(generation) + async_rows(generation):
         assert row.generation is generation
         assert row.sources
         assert set(row.sources) <= SOURCES
         assert row.name.partition(".")[2] not in row.aliases
-        assert row.kind is Kind.COMMAND or row.request is row.sample is None
+        assert row.kind is Kind.COMMAND or row.request is None is row.sample
         for key, nodes in row.nodes.items():
             assert set(nodes) <= set(ROBOTS[key].nodes)
             assert ROBOTS[key].generation is generation
         if row.sample is not None:
+            assert row.request is not None
             assert row.request.accepts(len(row.sample))
 
 
-def test_every_layout_parses_and_every_set_of_names_is_used():
+def test_every_layout_parses_and_every_set_of_names_is_used() -> None:
     rows = [row for generation in Generation for row in all_rows(generation) + async_rows(generation)]
     layouts = [layout for row in rows for layout in (row.request, row.response) if layout is not None]
     used = {field.values for layout in layouts for field in layout.fields}
     assert used - {""} == set(VALUE_NAMES)
 
 
-def test_rows_come_in_order_and_are_found_by_pair():
+def test_rows_come_in_order_and_are_found_by_pair() -> None:
     rows = all_rows(V2)
     assert [(row.did, row.cid) for row in rows] == sorted((row.did, row.cid) for row in rows)
     assert all(row in rows_of(V2, row.did, row.cid) for row in rows)
@@ -221,20 +225,20 @@ def test_rows_come_in_order_and_are_found_by_pair():
         pytest.param("rvr", "13/11", "power.awake_notify", id="seen in captures only"),
     ],
 )
-def test_lookup_as_the_robot_understands_it(robot, place, name):
-    assert lookup(V2, *at(place), robot and ROBOTS[robot]).name == name
+def test_lookup_as_the_robot_understands_it(robot: str | None, place: str, name: str) -> None:
+    assert known(lookup(V2, *at(place), ROBOTS[robot] if robot else None)).name == name
 
 
-def test_lookup_of_the_unknown():
+def test_lookup_of_the_unknown() -> None:
     assert lookup(V2, 0x13, 0xEE, ROBOTS["bolt"]) is None
     assert lookup(V2, 0x1B, 0x00, None) is None
 
 
 @EACH_V2_ROBOT
-def test_a_robot_has_one_meaning_per_pair(robot):
+def test_a_robot_has_one_meaning_per_pair(robot: Robot) -> None:
     places = Counter((row.did, row.cid) for row in commands_of(robot))
     assert set(places.values()) == {1}
-    assert all(lookup(V2, *place, robot).nodes[robot.key] for place in places)
+    assert all(known(lookup(V2, *place, robot)).nodes[robot.key] for place in places)
     assert {(0x10, 0x00), (0x11, 0x00), (0x13, 0x01), (0x13, 0x0D), (0x16, 0x07)} <= set(places)
 
 
@@ -256,21 +260,21 @@ def test_a_robot_has_one_meaning_per_pair(robot):
         pytest.param("mini", "16/07", (1,), id="Mini"),
     ],
 )
-def test_nodes(robot, place, nodes):
-    assert lookup(V2, *at(place), ROBOTS[robot]).nodes[robot] == nodes
+def test_nodes(robot: str, place: str, nodes: tuple[int, ...]) -> None:
+    assert known(lookup(V2, *at(place), ROBOTS[robot])).nodes[robot] == nodes
 
 
-def test_bolt_has_no_battery_percentage():
-    assert "bolt" not in row_by_name(V2, "power.get_battery_percentage").nodes
+def test_bolt_has_no_battery_percentage() -> None:
+    assert "bolt" not in known(row_by_name(V2, "power.get_battery_percentage")).nodes
 
 
-def test_rvr_plus_understands_what_rvr_does():
+def test_rvr_plus_understands_what_rvr_does() -> None:
     assert commands_of(ROBOTS["rvr-plus"]) == commands_of(ROBOTS["rvr"])
 
 
-def test_unknown_layout_and_empty_layout_differ():
-    assert row_by_name(V2, "power.get_usb_state").response is None
-    assert row_by_name(V2, "power.wake").response.fields == ()
+def test_unknown_layout_and_empty_layout_differ() -> None:
+    assert known(row_by_name(V2, "power.get_usb_state")).response is None
+    assert known(known(row_by_name(V2, "power.wake")).response).fields == ()
 
 
 @pytest.mark.parametrize(
@@ -292,8 +296,8 @@ def test_unknown_layout_and_empty_layout_differ():
         ),
     ],
 )
-def test_row_by_name(text, name):
-    assert row_by_name(V2, text).name == name
+def test_row_by_name(text: str, name: str) -> None:
+    assert known(row_by_name(V2, text)).name == name
 
 
 @pytest.mark.parametrize(
@@ -306,11 +310,11 @@ def test_row_by_name(text, name):
         pytest.param("drive.get_battery_percentage", id="another device"),
     ],
 )
-def test_row_by_name_of_what_means_nothing(text):
+def test_row_by_name_of_what_means_nothing(text: str) -> None:
     assert row_by_name(V2, text) is None
 
 
-def test_every_row_is_found_by_its_name():
+def test_every_row_is_found_by_its_name() -> None:
     assert all(row_by_name(V2, row.name) is row for row in all_rows(V2))
 
 
@@ -322,17 +326,17 @@ def test_every_row_is_found_by_its_name():
         pytest.param("enter_sof_sleep", "power.sleep", id="alias"),
     ],
 )
-def test_close_names(text, first):
+def test_close_names(text: str, first: str) -> None:
     names = close_names(V2, text)
     assert names[0] == first
     assert len(names) == len(set(names)) <= 3
 
 
-def test_nothing_is_close_to_noise():
+def test_nothing_is_close_to_noise() -> None:
     assert close_names(V2, "zzzzzz") == []
 
 
-def test_devices():
+def test_devices() -> None:
     assert device_by_name(V2, "power") == 0x13
     assert device_by_name(V2, "User-IO") == 0x1A
     assert device_by_name(V2, "pover") is None
@@ -346,7 +350,7 @@ def test_devices():
 
 
 @EACH_ROBOT
-def test_robot_is_complete(robot):
+def test_robot_is_complete(robot: Robot) -> None:
     assert ROBOTS[robot.key] is robot
     assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", robot.key)
     assert robot.name
@@ -356,7 +360,7 @@ def test_robot_is_complete(robot):
 
 
 @EACH_ROBOT
-def test_lamps_do_not_share_channels(robot):
+def test_lamps_do_not_share_channels(robot: Robot) -> None:
     if robot.leds is not None:
         bits = [bit for group in robot.leds.groups for bit in group.bits]
         assert len(set(bits)) == len(bits)
@@ -373,10 +377,11 @@ def test_lamps_do_not_share_channels(robot):
 
 
 @EACH_V2_ROBOT
-def test_lamps_are_set_by_a_command_of_the_robot(robot):
+def test_lamps_are_set_by_a_command_of_the_robot(robot: Robot) -> None:
     if robot.leds is not None:
-        row = lookup(V2, robot.leds.did, robot.leds.cid, robot)
+        row = known(lookup(V2, robot.leds.did, robot.leds.cid, robot))
         assert robot.key in row.nodes
+        assert row.request is not None
         assert row.request.fields[0].width == robot.leds.mask_bytes
         assert robot.leds.node is None or robot.leds.node in row.nodes[robot.key]
         assert (robot.leds.node is None) is not robot.addressed
@@ -401,7 +406,7 @@ def test_lamps_are_set_by_a_command_of_the_robot(robot):
         pytest.param("bb8", ("BB-", 1, False, AnswerStyle.NONE, True, 2), id="BB-8"),
     ],
 )
-def test_robot(key, facts):
+def test_robot(key: str, facts: tuple[AnswerStyle | int | str, ...]) -> None:
     robot = ROBOTS[key]
     lamps = len(robot.leds.groups) if robot.leds else 0
     assert facts == (
@@ -427,7 +432,7 @@ def test_robot(key, facts):
         pytest.param("", None, id="nothing"),
     ],
 )
-def test_robot_by_word(word, key):
+def test_robot_by_word(word: str, key: str | None) -> None:
     assert robot_by_word(word) is (ROBOTS[key] if key else None)
 
 
@@ -444,7 +449,7 @@ def test_robot_by_word(word, key):
         pytest.param("", None, id="nothing"),
     ],
 )
-def test_robot_by_prefix(name, key):
+def test_robot_by_prefix(name: str, key: str | None) -> None:
     assert robot_by_prefix(name) is (ROBOTS[key] if key else None)
 
 
@@ -480,7 +485,7 @@ def test_robot_by_prefix(name, key):
         ),
     ],
 )
-def test_what_robots_say_is_decoded(name, payload, fields):
-    decoded = row_by_name(V2, name).response.decode(bytes.fromhex(payload))
+def test_what_robots_say_is_decoded(name: str, payload: str, fields: dict[str, Any]) -> None:
+    decoded = known(known(row_by_name(V2, name)).response).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert decoded.problem == ""

@@ -4,10 +4,15 @@ import pytest
 
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.catalogue.leds import led_commands
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.protocol.packets import Command
+from tests.support.narrowing import known
 
 RED, BLUE, GREY = (255, 0, 0), (0, 0, 255), (1, 2, 3)
-WITH_LAMPS = [pytest.param(robot, id=robot.key) for robot in ROBOTS.values() if robot.leds]
+LAMPS = {robot.key: robot.leds for robot in ROBOTS.values() if robot.leds}
+WITH_LAMPS = [pytest.param(ROBOTS[key], id=key) for key in LAMPS]
+UNMASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if table.mask_bytes == 0]
+MASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if table.mask_bytes]
 
 
 @pytest.mark.parametrize(
@@ -36,33 +41,39 @@ WITH_LAMPS = [pytest.param(robot, id=robot.key) for robot in ROBOTS.values() if 
         pytest.param("lmq", {"front": RED}, True, [], id="no lamps known"),
     ],
 )
-def test_led_commands(robot, wanted, off, commands):
+def test_led_commands(
+    robot: str, wanted: dict[str, tuple[int, int, int]], off: bool, commands: list[str]
+) -> None:
     made = led_commands(ROBOTS[robot], wanted, off=off)
     assert [f"{did:02x} {cid:02x} {payload.hex()}" for did, cid, payload, _ in made] == commands
     assert {command.target for command in made} <= {None}
 
 
 @pytest.mark.parametrize("robot", WITH_LAMPS)
-def test_every_command_is_one_of_the_robot_and_fits_its_layout(robot):
+def test_every_command_is_one_of_the_robot_and_fits_its_layout(robot: Robot) -> None:
+    assert robot.leds is not None
     for group in robot.leds.groups:
         for name in (group.name, *group.aliases):
             for off in (False, True):
                 for command in led_commands(robot, {name: GREY}, off=off):
-                    row = lookup(robot.generation, command.did, command.cid, robot)
+                    row = known(lookup(robot.generation, command.did, command.cid, robot))
                     assert robot.key in row.nodes
+                    assert row.request is not None
                     assert row.request.accepts(len(command.payload))
 
 
-@pytest.mark.parametrize("robot", [param for param in WITH_LAMPS if param.values[0].leds.mask_bytes == 0])
-def test_where_there_is_no_mask_every_lamp_has_its_command(robot):
+@pytest.mark.parametrize("robot", UNMASKED)
+def test_where_there_is_no_mask_every_lamp_has_its_command(robot: Robot) -> None:
+    assert robot.leds is not None
     assert all(group.cid is not None for group in robot.leds.groups)
     assert robot.leds.cid == robot.leds.groups[0].cid
     assert robot.leds.node is None
 
 
-@pytest.mark.parametrize("robot", [param for param in WITH_LAMPS if param.values[0].leds.mask_bytes])
-def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot):
+@pytest.mark.parametrize("robot", MASKED)
+def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) -> None:
     table = robot.leds
+    assert table is not None
     assert all(group.cid is None and group.tail == b"" for group in table.groups)
     channels = {bit: 0 for group in table.groups for bit in group.bits}
     for group in table.groups:

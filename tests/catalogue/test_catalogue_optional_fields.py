@@ -1,5 +1,7 @@
 """Layouts whose last field may be left out."""
 
+from typing import Any
+
 import pytest
 
 from sphero_probe.catalogue.payload.layout import Layout
@@ -8,7 +10,7 @@ COLOUR = Layout("red:u8 green:u8 blue:u8 persist:bool?")
 VERSION = Layout("record:u8 api:u8*2?")
 
 
-def test_both_lengths_are_right():
+def test_both_lengths_are_right() -> None:
     assert [length for length in range(20) if COLOUR.accepts(length)] == [3, 4]
     assert [length for length in range(20) if VERSION.accepts(length)] == [1, 3]
     assert (COLOUR.fixed_length, COLOUR.minimum_length, COLOUR.zeros()) == (None, 3, bytes(3))
@@ -23,7 +25,7 @@ def test_both_lengths_are_right():
         pytest.param(VERSION, "070102", {"record": 7, "api": [1, 2]}, id="array there"),
     ],
 )
-def test_decode_and_back(layout, payload, fields):
+def test_decode_and_back(layout: Layout, payload: str, fields: dict[str, Any]) -> None:
     assert layout.decode(bytes.fromhex(payload)) == (fields, {}, b"", "")
     assert layout.encode(fields).hex() == payload
 
@@ -36,7 +38,7 @@ def test_decode_and_back(layout, payload, fields):
         pytest.param(VERSION, "0701", "01", "short payload: api needs 2 bytes, 1 left", id="half of it"),
     ],
 )
-def test_what_does_not_fit_is_told(layout, payload, rest, problem):
+def test_what_does_not_fit_is_told(layout: Layout, payload: str, rest: str, problem: str) -> None:
     decoded = layout.decode(bytes.fromhex(payload))
     assert (decoded.rest.hex(), decoded.problem) == (rest, problem)
 
@@ -51,6 +53,6 @@ def test_what_does_not_fit_is_told(layout, payload, rest, problem):
         pytest.param("a:const=1?", id="constant"),
     ],
 )
-def test_nonsense_is_refused(text):
+def test_nonsense_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="layout"):
         Layout(text).fields  # noqa: B018

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -22,7 +23,7 @@ MASKS = st.builds(Masks, st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1))
 ATTITUDE = 0x0007_0000
 
 
-def numbers(*values):
+def numbers(*values: int) -> bytes:
     return struct.pack(f">{len(values)}h", *values)
 
 
@@ -101,13 +102,15 @@ def numbers(*values):
         pytest.param(V1, Masks(), b"", {}, id="nothing"),
     ],
 )
-def test_streaming_fields(generation, masks, payload, fields):
+def test_streaming_fields(
+    generation: Generation, masks: Masks, payload: bytes, fields: dict[str, Any]
+) -> None:
     decoded = streaming_fields(generation, masks, payload)
     assert decoded.fields == fields
     assert (decoded.rest, decoded.problem) == (b"", "")
 
 
-def test_units_go_with_the_fields():
+def test_units_go_with_the_fields() -> None:
     decoded = streaming_fields(V1, Masks(ATTITUDE, 0x0800_0000), numbers(1, 2, 3, 4))
     assert decoded.units == {"pitch": "deg", "roll": "deg", "yaw": "deg", "locator_x": "cm"}
 
@@ -127,17 +130,17 @@ def test_units_go_with_the_fields():
         ),
     ],
 )
-def test_what_is_no_whole_number_of_frames_is_told(payload, rest, problem):
+def test_what_is_no_whole_number_of_frames_is_told(payload: bytes, rest: str, problem: str) -> None:
     decoded = streaming_fields(V1, Masks(ATTITUDE), payload)
     assert (decoded.rest.hex(), decoded.problem) == (rest, problem)
 
 
-def test_numbers_of_nobody_are_told():
+def test_numbers_of_nobody_are_told() -> None:
     assert streaming_fields(V1, Masks(), b"\0\1").problem == "2 bytes more than the layout has"
 
 
 @given(st.sampled_from(Generation), MASKS, st.binary(max_size=200))
-def test_any_payload_decodes_to_plain_json(generation, masks, payload):
+def test_any_payload_decodes_to_plain_json(generation: Generation, masks: Masks, payload: bytes) -> None:
     decoded = streaming_fields(generation, masks, payload)
     json.dumps(decoded.fields, allow_nan=False)
     assert payload.endswith(decoded.rest)
@@ -145,7 +148,7 @@ def test_any_payload_decodes_to_plain_json(generation, masks, payload):
 
 
 @pytest.mark.parametrize(("generation", "size"), [(V1, 2), (V2, 4)], ids=["v1", "v2"])
-def test_sensors_stand_in_the_order_of_the_wire(generation, size):
+def test_sensors_stand_in_the_order_of_the_wire(generation: Generation, size: int) -> None:
     sensors = SENSORS[generation]
     places = [(sensor.extended, -sensor.bit) for sensor in sensors]
     assert places == sorted(places)
@@ -176,9 +179,9 @@ def test_sensors_stand_in_the_order_of_the_wire(generation, size):
         pytest.param(V2, Command(0x02, 0x11, bytes(13)), Masks(1, 2), id="V2, another command"),
     ],
 )
-def test_masks_after(generation, command, masks):
+def test_masks_after(generation: Generation, command: Command, masks: Masks) -> None:
     assert masks_after(generation, Masks(1, 2), command) == masks
 
 
-def test_the_notifications_that_carry_streams():
+def test_the_notifications_that_carry_streams() -> None:
     assert STREAM_IDS == {V1: (None, 0x03), V2: (0x18, 0x02)}

@@ -1,8 +1,9 @@
 """The V1 tables against the survey they were made from, and what the robots' payloads mean."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -28,9 +29,10 @@ from sphero_probe.catalogue.gatt import (
     V1_TX_POWER_CHARACTERISTIC,
     V1_WAKE_CHARACTERISTIC,
 )
-from sphero_probe.catalogue.model import NO_DEVICE, Kind
+from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
+from tests.support.narrowing import known
 
 V1, V2 = Generation.V1, Generation.V2
 V1_ROBOTS = [robot for robot in ROBOTS.values() if robot.generation is V1]
@@ -50,7 +52,7 @@ class Pair(NamedTuple):
     names: tuple[str, ...]
 
 
-def read_pairs():
+def read_pairs() -> list[Pair]:
     pairs = []
     for line in (
         (Path(__file__).parents[1] / "data" / "pairs_v1.txt").read_text(encoding="utf-8").splitlines()
@@ -76,15 +78,15 @@ COMMANDS = [pair for pair in PAIRS if pair.kind is Kind.COMMAND]
 MESSAGES = [pair for pair in PAIRS if pair.kind is Kind.NOTIFICATION]
 
 
-def offenders(is_healthy):
+def offenders(is_healthy: Callable[[Pair, CommandRow], bool]) -> list[str]:
     return [
         f"{pair.did:02x}/{pair.cid:02x}"
         for pair in COMMANDS
-        if not is_healthy(pair, lookup(V1, pair.did, pair.cid, None))
+        if not is_healthy(pair, known(lookup(V1, pair.did, pair.cid, None)))
     ]
 
 
-def test_the_survey_is_all_there_and_nothing_else():
+def test_the_survey_is_all_there_and_nothing_else() -> None:
     assert (len(COMMANDS), len(MESSAGES)) == (83, 18)
     assert [(row.did, row.cid) for row in all_rows(V1)] == [(pair.did, pair.cid) for pair in COMMANDS]
     assert [row.cid for row in async_rows(V1)] == [pair.cid for pair in MESSAGES]
@@ -94,8 +96,8 @@ def test_the_survey_is_all_there_and_nothing_else():
     }
 
 
-def test_pairs_are_no_less_dangerous_than_surveyed():
-    def dangerous_enough(pair, row):
+def test_pairs_are_no_less_dangerous_than_surveyed() -> None:
+    def dangerous_enough(pair: Pair, row: CommandRow) -> bool:
         if pair.read_only:
             return row.risk is Risk.READ
         return row.risk >= (Risk.BRICK if pair.did == 0x01 else LEAST[pair.severity])
@@ -119,34 +121,36 @@ def test_pairs_are_no_less_dangerous_than_surveyed():
         pytest.param("sphero.abort_macro", Risk.MOTION, id="in no list: the more dangerous"),
     ],
 )
-def test_risk_of(name, risk):
-    assert row_by_name(V1, name).risk is risk
+def test_risk_of(name: str, risk: Risk) -> None:
+    assert known(row_by_name(V1, name)).risk is risk
 
 
-def test_requests_take_the_length_of_the_survey():
-    def right_length(pair, row):
+def test_requests_take_the_length_of_the_survey() -> None:
+    def right_length(pair: Pair, row: CommandRow) -> bool:
         if pair.length == "-" or (pair.did, pair.cid) in SURVEYED_WITHOUT_ITS_PAGE:
             return True
         if pair.length == "var":
+            assert row.request is not None
             return row.request.fixed_length is None
+        assert row.request is not None
         return row.request.accepts(int(pair.length))
 
     assert offenders(right_length) == []
 
 
-def test_what_takes_as_many_bytes_as_a_probe_is_withheld():
+def test_what_takes_as_many_bytes_as_a_probe_is_withheld() -> None:
     fitting = [row.name for row in all_rows(V1) if row.request and row.request.accepts(11)]
-    assert [name for name in fitting if row_by_name(V1, name).risk < Risk.PERSIST] == []
+    assert [name for name in fitting if known(row_by_name(V1, name)).risk < Risk.PERSIST] == []
 
 
 @pytest.mark.parametrize("pair", COMMANDS, ids=lambda pair: f"{pair.did:02x} {pair.cid:02x}")
-def test_every_name_of_either_client_finds_the_row(pair):
+def test_every_name_of_either_client_finds_the_row(pair: Pair) -> None:
     for name in pair.names:
-        row = row_by_name(V1, name)
+        row = known(row_by_name(V1, name))
         assert (row.did, row.cid) == (pair.did, pair.cid)
 
 
-def test_the_names_of_spherov2_are_kept_for_messages():
+def test_the_names_of_spherov2_are_kept_for_messages() -> None:
     assert {
         pair.cid: row.name
         for pair, row in zip(MESSAGES, async_rows(V1), strict=True)
@@ -154,26 +158,26 @@ def test_the_names_of_spherov2_are_kept_for_messages():
     } == {}
 
 
-def test_names_of_messages_are_unique_and_dotted():
+def test_names_of_messages_are_unique_and_dotted() -> None:
     names = [row.name for row in async_rows(V1)]
     assert len(set(names)) == len(names)
     assert all(re.fullmatch(r"async\.[a-z][a-z0-9_]*_notify", name) for name in names)
 
 
-def test_devices():
+def test_devices() -> None:
     assert DEVICE_NAMES[V1] == {0x00: "core", 0x01: "bootloader", 0x02: "sphero"}
     assert device_by_name(V1, "Sphero") == 0x02
     assert {row.did for row in all_rows(V1)} == {0, 1, 2}
 
 
-def test_messages_cannot_be_found_as_commands():
+def test_messages_cannot_be_found_as_commands() -> None:
     assert async_rows(V2) == ()
     assert row_by_name(V1, "async.did_sleep_notify") is None
     assert not {row.name for row in all_rows(V1)} & {row.name for row in async_rows(V1)}
 
 
 @EACH_V1_ROBOT
-def test_a_robot_knows_what_all_know(robot):
+def test_a_robot_knows_what_all_know(robot: Robot) -> None:
     places = [(row.did, row.cid) for row in commands_of(robot)]
     assert len(set(places)) == len(places) >= 60
     assert {(0x00, 0x01), (0x00, 0x02), (0x00, 0x20), (0x00, 0x22), (0x02, 0x20), (0x02, 0x30)} <= set(places)
@@ -191,8 +195,8 @@ def test_a_robot_knows_what_all_know(robot):
         pytest.param("sphero.get_soul_block", {"sphero", "sprk"}, id="soul"),
     ],
 )
-def test_what_only_some_robots_know(name, robots):
-    assert set(row_by_name(V1, name).nodes) == robots
+def test_what_only_some_robots_know(name: str, robots: set[str]) -> None:
+    assert set(known(row_by_name(V1, name)).nodes) == robots
 
 
 @pytest.mark.parametrize(
@@ -210,8 +214,10 @@ def test_what_only_some_robots_know(name, robots):
         pytest.param(V2, None, 0x03, "mini", None, id="V2 without a device"),
     ],
 )
-def test_notification_row(generation, did, cid, robot, name):
-    row = notification_row(generation, did, cid, robot and ROBOTS[robot])
+def test_notification_row(
+    generation: Generation, did: int | None, cid: int, robot: str | None, name: str | None
+) -> None:
+    row = notification_row(generation, did, cid, ROBOTS[robot] if robot else None)
     assert (row and row.name) == name
 
 
@@ -271,14 +277,19 @@ def test_notification_row(generation, did, cid, robot, name):
         pytest.param(0x14, "", {}, {}, id="did sleep"),
     ],
 )
-def test_what_robots_say_unasked_is_decoded(message, payload, fields, units):
-    decoded = notification_row(V1, None, message, ROBOTS["sphero"]).response.decode(bytes.fromhex(payload))
+def test_what_robots_say_unasked_is_decoded(
+    message: int, payload: str, fields: dict[str, Any], units: dict[str, str]
+) -> None:
+    decoded = known(known(notification_row(V1, None, message, ROBOTS["sphero"])).response).decode(
+        bytes.fromhex(payload)
+    )
     assert decoded == (fields, units, b"", "")
 
 
-def test_a_share_is_what_it_was():
-    layout = notification_row(V1, None, 0x0F, None).response
+def test_a_share_is_what_it_was() -> None:
+    layout = known(notification_row(V1, None, 0x0F, None)).response
     for share in range(256):
+        assert layout is not None
         assert layout.encode(layout.decode(bytes([share])).fields) == bytes([share])
 
 
@@ -340,25 +351,26 @@ def test_a_share_is_what_it_was():
         pytest.param("sphero.get_macro_status", "020102", {"macro": 2, "command_number": 258}, id="macro"),
     ],
 )
-def test_what_robots_answer_is_decoded(name, payload, fields):
-    decoded = row_by_name(V1, name).response.decode(bytes.fromhex(payload))
+def test_what_robots_answer_is_decoded(name: str, payload: str, fields: dict[str, Any]) -> None:
+    decoded = known(known(row_by_name(V1, name)).response).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert decoded.problem == ""
 
 
-def test_versions_may_be_two_bytes_longer():
-    decoded = row_by_name(V1, "core.get_versions").response.decode(bytes(range(1, 11)))
+def test_versions_may_be_two_bytes_longer() -> None:
+    decoded = known(known(row_by_name(V1, "core.get_versions")).response).decode(bytes(range(1, 11)))
     assert decoded.fields["api_version"] == [9, 10]
     assert decoded.problem == ""
 
 
-def test_level_two_diagnostics_are_of_the_documented_length():
-    layout = row_by_name(V1, "core.run_level_two_diagnostics").response
+def test_level_two_diagnostics_are_of_the_documented_length() -> None:
+    layout = known(row_by_name(V1, "core.run_level_two_diagnostics")).response
+    assert layout is not None
     assert layout.fixed_length == 88
     assert layout.decode(bytes(35) + b"\x07" + bytes(52)).fields["boot_reason"] == 7
 
 
-def test_ble_constants():
+def test_ble_constants() -> None:
     base = "22bb746f-{}-7554-2d6f-726568705327"
     assert (
         (base.format("2bbd"), b"011i3"),
@@ -376,5 +388,5 @@ def test_ble_constants():
     }
 
 
-def test_a_pair_of_one_generation_is_none_of_the_other():
+def test_a_pair_of_one_generation_is_none_of_the_other() -> None:
     assert rows_of(V1, 0x13, 0x10) == rows_of(V2, 0x00, 0x01) == ()

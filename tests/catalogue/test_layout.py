@@ -3,6 +3,7 @@
 import json
 import math
 import struct
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -45,14 +46,14 @@ RANGES = {"bool": (0, 1)} | {
 }
 
 
-def shortened(number):
+def shortened(number: float) -> object:
     """The same 32-bit float in the fewest digits, by another road than the code takes."""
     if not math.isfinite(number):
         return str(number)
     return Layout("x:f32").decode(Layout("x:f32").encode({"x": number})).fields["x"]
 
 
-def element(field):
+def element(field: Field) -> st.SearchStrategy[Any]:
     if field.values:
         names = VALUE_NAMES[field.values]
         if names.flags:
@@ -69,12 +70,12 @@ def element(field):
     return numbers if field.scale == 1 else numbers.map(lambda number: number / field.scale)
 
 
-def values_for(field):
+def values_for(field: Field) -> st.SearchStrategy[Any]:
     if field.type == "bytes":
         size = {} if field.count is None else {"min_size": field.count}
         return st.binary(max_size=field.count or 40, **size).map(bytes.hex)
     if field.type == "cstring":
-        texts = st.text(st.characters(exclude_characters="\0", exclude_categories=("Cs",)), max_size=40)
+        texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=40)
         return texts.filter(lambda text: field.count is None or len(text.encode()) <= field.count)
     if field.count is not None:
         return st.lists(element(field), min_size=field.count, max_size=field.count)
@@ -82,13 +83,13 @@ def values_for(field):
 
 
 @st.composite
-def layouts_with_values(draw):
+def layouts_with_values(draw: st.DrawFn) -> tuple[Layout, dict[str, Any]]:
     layout = Layout(draw(st.sampled_from(LAYOUTS)))
     return layout, {field.name: draw(values_for(field)) for field in layout.fields if field.const is None}
 
 
 @given(layouts_with_values())
-def test_what_was_encoded_decodes_to_the_same(case):
+def test_what_was_encoded_decodes_to_the_same(case: tuple[Layout, dict[str, Any]]) -> None:
     layout, values = case
     payload = layout.encode(values)
     assert layout.accepts(len(payload))
@@ -98,7 +99,7 @@ def test_what_was_encoded_decodes_to_the_same(case):
 
 
 @given(st.sampled_from(LAYOUTS), st.binary(max_size=80))
-def test_any_payload_decodes_to_plain_json(text, payload):
+def test_any_payload_decodes_to_plain_json(text: str, payload: bytes) -> None:
     layout = Layout(text)
     decoded = layout.decode(payload)
     json.dumps(decoded.fields, allow_nan=False)
@@ -110,7 +111,7 @@ def test_any_payload_decodes_to_plain_json(text, payload):
 
 
 @given(st.sampled_from(LAYOUTS))
-def test_zeros_are_the_shortest_payload_that_fits(text):
+def test_zeros_are_the_shortest_payload_that_fits(text: str) -> None:
     layout = Layout(text)
     zeros = layout.zeros()
     assert len(zeros) == layout.minimum_length
@@ -120,16 +121,17 @@ def test_zeros_are_the_shortest_payload_that_fits(text):
 
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False))
-def test_floats_have_as_few_digits_as_tell_them_apart(number):
+def test_floats_have_as_few_digits_as_tell_them_apart(number: float) -> None:
     (shown,) = Layout("x:f32").decode(struct.pack(">f", number)).fields.values()
     candidates = [float(f"{number:.{digits}g}") for digits in range(6, 10)]
     fitting = [one for one in candidates if struct.pack(">f", one) == struct.pack(">f", number)]
+    assert isinstance(shown, float)
     assert math.copysign(1, shown) == math.copysign(1, number)
     assert shown == fitting[0]
 
 
 @given(st.floats(width=32, allow_nan=False))
-def test_floats_keep_their_bytes(number):
+def test_floats_keep_their_bytes(number: float) -> None:
     layout, payload = Layout("x:f32"), struct.pack(">f", number)
     assert layout.encode(layout.decode(payload).fields) == payload
 
@@ -148,7 +150,7 @@ def test_floats_keep_their_bytes(number):
         pytest.param("voltage:uint/100[V]", None, 1, [1, 2, 3, 8], [0, 9], id="uint"),
     ],
 )
-def test_lengths(text, fixed, minimum, accepted, refused):
+def test_lengths(text: str, fixed: int | None, minimum: int, accepted: list[int], refused: list[int]) -> None:
     layout = Layout(text)
     assert layout.fixed_length == fixed
     assert layout.minimum_length == minimum
@@ -191,7 +193,7 @@ def test_lengths(text, fixed, minimum, accepted, refused):
         pytest.param("x:const=3 y:u8", "0309", {"y": 9}, id="a constant says nothing"),
     ],
 )
-def test_decode(text, payload, fields):
+def test_decode(text: str, payload: str, fields: dict[str, Any]) -> None:
     decoded = Layout(text).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert (decoded.rest, decoded.problem) == (b"", "")
@@ -228,14 +230,16 @@ def test_decode(text, payload, fields):
         ),
     ],
 )
-def test_what_does_not_fit_is_told(text, payload, fields, rest, problem):
+def test_what_does_not_fit_is_told(
+    text: str, payload: str, fields: dict[str, Any], rest: str, problem: str
+) -> None:
     decoded = Layout(text).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert decoded.rest.hex() == rest
     assert decoded.problem == problem
 
 
-def test_units_go_with_the_fields_that_were_there():
+def test_units_go_with_the_fields_that_were_there() -> None:
     layout = Layout("interval:u16[ms] yaw:u16[deg]")
     assert layout.decode(bytes(4)).units == {"interval": "ms", "yaw": "deg"}
     assert layout.decode(bytes(3)).units == {"interval": "ms"}
@@ -261,7 +265,7 @@ def test_units_go_with_the_fields_that_were_there():
         pytest.param("a:u8 frames:u16*", {}, "00", id="nothing given"),
     ],
 )
-def test_encode(text, values, payload):
+def test_encode(text: str, values: dict[str, Any], payload: str) -> None:
     assert Layout(text).encode(values).hex() == payload
 
 
@@ -283,7 +287,7 @@ def test_encode(text, values, payload):
         pytest.param("a:u16*", {"a": 1}, "does not fit", id="no list"),
     ],
 )
-def test_encode_refuses(text, values, message):
+def test_encode_refuses(text: str, values: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Layout(text).encode(values)
 
@@ -307,13 +311,13 @@ def test_encode_refuses(text, values, message):
         pytest.param("x:bytes y:u8", id="something behind the end"),
     ],
 )
-def test_nonsense_is_refused_when_first_used(text):
+def test_nonsense_is_refused_when_first_used(text: str) -> None:
     layout = Layout(text)
     with pytest.raises(ValueError, match="layout"):
         layout.fields  # noqa: B018
 
 
-def test_fields_are_parsed():
+def test_fields_are_parsed() -> None:
     assert Layout("speed:u8 yaw:i16/10[deg] names:u8{EfuseIds}*3").fields == (
         Field("speed", "u8"),
         Field("yaw", "i16", scale=10, unit="deg"),
@@ -321,7 +325,7 @@ def test_fields_are_parsed():
     )
 
 
-def test_layouts_of_one_text_are_equal():
+def test_layouts_of_one_text_are_equal() -> None:
     assert Layout("a:u8") == Layout("a:u8") != Layout("a:u16")
     assert len({Layout("a:u8"), Layout("a:u8")}) == 1
     assert repr(Layout("a:u8")) == "Layout('a:u8')"

@@ -8,46 +8,22 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.cli.output import FORMATS
 from sphero_probe.protocol.packets import Generation
+from tests.support.cli import Cli, objects
+from tests.support.reports_by_hand import FINDING_KEYS
 
 FAKE = ("--device", "fake:bolt-plus")
-FINDING_KEYS = [
-    "type",
-    "number",
-    "target",
-    "did",
-    "cid",
-    "name",
-    "risk",
-    "outcome",
-    "confidence",
-    "code",
-    "code_name",
-    "payload",
-    "fields",
-    "units",
-    "sent",
-    "received",
-    "rtt_ms",
-    "attempts",
-    "note",
-]
-
-
-def objects(text: str) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in text.splitlines()]
 
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("model", ROBOTS)
 @pytest.mark.parametrize("form", FORMATS)
-def test_each_robot_can_be_swept_in_each_format(cli, model, form):
+def test_each_robot_can_be_swept_in_each_format(cli: Cli, model: str, form: str) -> None:
     ran = cli("sweep", "--did", "0x13", "--cid", "0-0x1f", "--device", f"fake:{model}", "--format", form)
     assert ran.code == 0, ran.err
     assert ran.err == ""
@@ -69,7 +45,7 @@ def test_each_robot_can_be_swept_in_each_format(cli, model, form):
         assert ROBOTS[model].name in ran.out
 
 
-def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli, tmp_path):
+def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger.jsonl"
     ran = cli("sweep", "--did", "0x13", "--device", f"fake:bolt-plus?ledger={ledger}", "--format", "jsonl")
     rows = objects(ran.out)
@@ -78,7 +54,7 @@ def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli, tmp_path
     assert all("schema_version" not in row for row in rows[1:])
     findings = [row for row in rows if row["type"] == "finding"]
     assert sorted(row["cid"] for row in findings) == list(range(256))
-    assert all(list(row) == FINDING_KEYS for row in findings)
+    assert all(list(row) == ["type", *FINDING_KEYS] for row in findings)
     battery = next(row for row in findings if row["cid"] == 0x10)
     assert battery["name"] == "power.get_battery_percentage"
     assert battery["outcome"] == "exists"
@@ -90,7 +66,7 @@ def test_a_sweep_gives_one_finding_per_cid_and_executes_only_reads(cli, tmp_path
     assert {row["risk"] for row in objects(ledger.read_text())} == {"read"}
 
 
-def test_led_sends_the_packet_of_the_reference(cli):
+def test_led_sends_the_packet_of_the_reference(cli: Cli) -> None:
     front = json.loads(cli("led", "--front", "ff0000", *FAKE, "--json").out)[0]
     assert front["sent"] == "8d3a11011a1c0007ff000077d8"
     both = json.loads(cli("led", "--front", "ff0000", "--back", "f00", *FAKE, "--json").out)[0]
@@ -101,7 +77,7 @@ def test_led_sends_the_packet_of_the_reference(cli):
 
 
 @pytest.mark.parametrize("model", [key for key, robot in ROBOTS.items() if robot.leds])
-def test_every_lamp_of_every_robot_can_be_set(cli, model):
+def test_every_lamp_of_every_robot_can_be_set(cli: Cli, model: str) -> None:
     table = ROBOTS[model].leds
     assert table
     for group in table.groups:
@@ -110,7 +86,7 @@ def test_every_lamp_of_every_robot_can_be_set(cli, model):
             assert ran.code == 0, (name, ran.err)
 
 
-def test_send_by_name_and_by_number(cli):
+def test_send_by_name_and_by_number(cli: Cli) -> None:
     by_name = json.loads(cli("send", "power.get_battery_percentage", *FAKE, "--json").out)[0]
     by_number = json.loads(cli("send", "0x13", "16", *FAKE, "--json").out)[0]
     by_pair = json.loads(cli("send", "0x13:0x10", *FAKE, "--json").out)[0]
@@ -120,7 +96,7 @@ def test_send_by_name_and_by_number(cli):
     assert by_name["fields"] == by_number["fields"] == by_pair["fields"]
 
 
-def test_send_with_arguments_reaches_the_node_that_serves_it(cli, tmp_path):
+def test_send_with_arguments_reaches_the_node_that_serves_it(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger.jsonl"
     ran = cli(
         *("send", "drive.set_raw_motors", "00 00 00 00", "--allow", "motion"),
@@ -132,14 +108,14 @@ def test_send_with_arguments_reaches_the_node_that_serves_it(cli, tmp_path):
     assert [(row["node"], row["payload"]) for row in executed] == [(2, "00000000")] * 2  # and the final stop
 
 
-def test_send_to_a_node_by_name(cli):
+def test_send_to_a_node_by_name(cli: Cli) -> None:
     ran = cli("send", "0x11", "0x00", "--target", "secondary", "--device", "fake:rvr", "--json")
     assert json.loads(ran.out)[0]["target"] == 0x12
     ran = cli("send", "0x11", "0x00", "--target", "none", "--device", "fake:rvr", "--json")
     assert json.loads(ran.out)[0]["target"] is None
 
 
-def test_no_answer_at_all_is_a_failure(cli):
+def test_no_answer_at_all_is_a_failure(cli: Cli) -> None:
     ran = cli(
         *("send", "0x13", "0x03", "--timeout", "0.01"), "--device", "fake:bolt?silent=0x13:0x03", "--json"
     )
@@ -148,7 +124,7 @@ def test_no_answer_at_all_is_a_failure(cli):
     assert "no answer to 3 attempts" in ran.err
 
 
-def test_dry_run_shows_bytes_and_touches_nothing(cli, tmp_path):
+def test_dry_run_shows_bytes_and_touches_nothing(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger.jsonl"
     device = ("--device", f"fake:bolt-plus?ledger={ledger}")
     sweep = cli("sweep", "--did", "0x13", "--cid", "0-1", *device, "--dry-run", "--json")
@@ -164,7 +140,7 @@ def test_dry_run_shows_bytes_and_touches_nothing(cli, tmp_path):
     assert not ledger.exists()
 
 
-def test_info_tells_firmware_per_node(cli):
+def test_info_tells_firmware_per_node(cli: Cli) -> None:
     facts = json.loads(cli("info", "--device", "fake:rvr", "--json").out)
     versions = {fact["node"]: fact["value"] for fact in facts if fact["name"] == "main_app_version"}
     assert set(versions) == {"primary", "secondary"}
@@ -172,21 +148,21 @@ def test_info_tells_firmware_per_node(cli):
 
 
 @pytest.mark.parametrize("model", ROBOTS)
-def test_info_on_each_robot(cli, model):
+def test_info_on_each_robot(cli: Cli, model: str) -> None:
     ran = cli("info", "--device", f"fake:{model}")
     assert ran.code == 0
     assert ROBOTS[model].name in ran.out
     assert "battery" in ran.out
 
 
-def test_explain_a_code_and_a_command(cli):
+def test_explain_a_code_and_a_command(cli: Cli) -> None:
     assert "bad data length" in cli("explain", "0x05").out
     assert "unlisted" in cli("explain", "0xee").out
     assert "power.get_battery_percentage" in cli("explain", "0x13:0x10").out
     assert "power.get_battery_percentage" in cli("explain", "get_battery_percentage").out
 
 
-def test_catalog_filters(cli):
+def test_catalog_filters(cli: Cli) -> None:
     everything = json.loads(cli("catalog", "--json").out)
     assert len({(row["did"], row["cid"]) for row in everything}) >= 391
     mine = json.loads(cli("catalog", "battery", "--robot", "mini", "--json").out)
@@ -196,7 +172,9 @@ def test_catalog_filters(cli):
     assert (nothing.code, json.loads(nothing.out)) == (0, [])
 
 
-def test_decode_from_arguments_files_and_standard_input(cli, tmp_path, monkeypatch):
+def test_decode_from_arguments_files_and_standard_input(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     frame = "8d3911011a1c00007ed8"
     spaced = " ".join(frame[i : i + 2] for i in range(0, len(frame), 2))
     binary = tmp_path / "frames.bin"
@@ -214,7 +192,7 @@ def test_decode_from_arguments_files_and_standard_input(cli, tmp_path, monkeypat
     assert packets[1]["reason"] == "the line went quiet inside a frame"
 
 
-def test_plan_list_show_and_check(cli, tmp_path):
+def test_plan_list_show_and_check(cli: Cli, tmp_path: Path) -> None:
     names = {plan["name"] for plan in json.loads(cli("plan", "list", "--json").out)}
     assert {"hello", "bolt_plus", "which_devices"} <= names
     shown = json.loads(cli("plan", "show", "hello", "--json").out)
@@ -232,14 +210,14 @@ def test_plan_list_show_and_check(cli, tmp_path):
     assert "other.py:1" in both.err
 
 
-def test_output_file_takes_its_format_from_its_name(cli, tmp_path):
+def test_output_file_takes_its_format_from_its_name(cli: Cli, tmp_path: Path) -> None:
     for suffix, start in ((".json", "["), (".jsonl", "{"), (".csv", "generation,did,"), (".txt", "")):
         path = tmp_path / f"out{suffix}"
         assert cli("catalog", "battery", "-o", str(path)).out == ""
         assert path.read_text().startswith(start)
 
 
-def test_colour_follows_option_and_environment(cli, monkeypatch):
+def test_colour_follows_option_and_environment(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def coloured(*arguments: str) -> bool:
         return "\x1b[" in cli("explain", "power.sleep", "--format", "table", *arguments).out
 
@@ -254,13 +232,13 @@ def test_colour_follows_option_and_environment(cli, monkeypatch):
     assert not coloured()
 
 
-def test_the_device_may_stand_in_the_environment(cli, monkeypatch):
+def test_the_device_may_stand_in_the_environment(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SPHERO_PROBE_DEVICE", "fake:mini")
     assert "Sphero Mini" in cli("info").out
 
 
 @pytest.mark.unmeasured
-def test_hidden_commands_lead_the_table(cli):
+def test_hidden_commands_lead_the_table(cli: Cli) -> None:
     ran = cli("sweep", "--did", "0x10-0x1a", "--device", "fake:bolt?hidden=8&seed=1", "--format", "table")
     assert "not in any catalogue" in ran.out
     assert ran.out.index("not in any catalogue") < ran.out.index("get_battery_voltage")
@@ -270,7 +248,7 @@ def test_hidden_commands_lead_the_table(cli):
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "terminate"]
 )
-def test_a_signal_ends_a_sweep_cleanly(number, code):
+def test_a_signal_ends_a_sweep_cleanly(number: signal.Signals, code: int) -> None:
     ran = subprocess.Popen(
         [
             *(sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13"),
@@ -294,7 +272,7 @@ def test_a_signal_ends_a_sweep_cleanly(number, code):
     assert sum(row["type"] == "finding" for row in rows) < 256
 
 
-def test_python_dash_m_is_the_same(tmp_path):
+def test_python_dash_m_is_the_same(tmp_path: Path) -> None:
     ran = subprocess.run(
         [sys.executable, "-m", "sphero_probe", "--version"],
         capture_output=True,

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
+from tests.support.cli import objects
 from tests.support.fake_bluez import (
     V2_API,
     V2_GATE,
@@ -64,11 +65,7 @@ def start(bluez: FakeBlueZ, *arguments: str) -> "subprocess.Popen[str]":
     )
 
 
-def lines(text: str) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in text.splitlines()]
-
-
-def test_scan_lists_the_robots_and_nothing_else(stage):
+def test_scan_lists_the_robots_and_nothing_else(stage: Stage) -> None:
     stranger = Peripheral("Kettle\x1b[31m", "AA:BB:CC:DD:EE:09")
     robots = [stage.robot("bolt-plus", NEW, gate=False), stage.robot("bolt", OLD), stranger]
     with FakeBlueZ(robots) as bluez:
@@ -83,7 +80,7 @@ def test_scan_lists_the_robots_and_nothing_else(stage):
     assert found[OLD]["name"].startswith("SB-")
 
 
-def test_scan_finds_nobody(stage):
+def test_scan_finds_nobody(stage: Stage) -> None:
     with FakeBlueZ([]) as bluez:
         ran = probe(bluez, "scan", "--timeout", "0.3", "--json")
     assert ran.returncode == 0
@@ -96,14 +93,16 @@ def test_scan_finds_nobody(stage):
     [("bolt", OLD, True, "SB-"), ("bolt-plus", NEW, False, "BP-")],
     ids=["bolt-with-handshake", "bolt-plus-without"],
 )
-def test_sweep_executes_reads_only(stage, settings, address, gate, prefix):
+def test_sweep_executes_reads_only(
+    stage: Stage, settings: str, address: str, gate: bool, prefix: str
+) -> None:
     peripheral = stage.robot(settings, address, gate=gate)
     with FakeBlueZ([peripheral]) as bluez:
         ran = probe(
             bluez, "sweep", "--did", "power", "--cid", "0x00-0x1f", "--format", "jsonl", "-d", address
         )
     assert ran.returncode == 0, ran.stderr
-    rows = lines(ran.stdout)
+    rows = objects(ran.stdout)
     assert rows[0]["device"].startswith(prefix)
     assert rows[0]["strictness"] == {"primary": "strict"}
     findings = {row["cid"]: row for row in rows if row["type"] == "finding"}
@@ -116,8 +115,10 @@ def test_sweep_executes_reads_only(stage, settings, address, gate, prefix):
     assert first == ((V2_GATE, b"usetheforce...band") if gate else (V2_API, first[1]))
 
 
-def test_led_puts_exactly_the_packet_of_the_reference_on_the_air(stage):
+def test_led_puts_exactly_the_packet_of_the_reference_on_the_air(stage: Stage) -> None:
     peripheral = stage.robot("bolt-plus", NEW, gate=False)
+    assert isinstance(peripheral.name, str)
+    assert isinstance(peripheral.robot, FakeRobot)
     with FakeBlueZ([peripheral]) as bluez:
         both = probe(bluez, "led", "--front", "ff0000", "--back", "ff0000", "-d", peripheral.name)
         front = probe(bluez, "led", "--front", "00ff00", "-d", peripheral.name)
@@ -132,7 +133,7 @@ def test_led_puts_exactly_the_packet_of_the_reference_on_the_air(stage):
     assert peripheral.robot.leds["back_red"] == 255
 
 
-def test_info_tells_what_the_robot_says(stage):
+def test_info_tells_what_the_robot_says(stage: Stage) -> None:
     peripheral = stage.robot("bolt", OLD)
     with FakeBlueZ([peripheral]) as bluez:
         ran = probe(bluez, "info", "--json", "-v", "--connect-timeout", "1")
@@ -150,7 +151,7 @@ def test_info_tells_what_the_robot_says(stage):
     ]
 
 
-def test_an_api_that_appears_after_the_handshake_is_found(stage):
+def test_an_api_that_appears_after_the_handshake_is_found(stage: Stage) -> None:
     droid = stage.robot("r2d2", DROID, reveals_api_after_handshake=True)
     with FakeBlueZ([droid]) as bluez:
         ran = probe(bluez, "info", "--json", "-d", DROID)
@@ -158,21 +159,21 @@ def test_an_api_that_appears_after_the_handshake_is_found(stage):
     assert '"R2-D2"' in ran.stdout
 
 
-def test_a_link_that_drops_in_a_sweep_is_opened_again(stage):
+def test_a_link_that_drops_in_a_sweep_is_opened_again(stage: Stage) -> None:
     faults = Faults(drop_at_write=90)
     peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=faults)
     with FakeBlueZ([peripheral]) as bluez:
         ran = probe(bluez, "sweep", "--did", "0x13", "--format", "jsonl", "-d", NEW)
         assert len(bluez.called("Connect")) > 1
     assert ran.returncode == 0, ran.stderr
-    rows = lines(ran.stdout)
+    rows = objects(ran.stdout)
     assert rows[-1]["complete"] is True
     findings = [row for row in rows if row["type"] == "finding"]
     assert sorted(row["cid"] for row in findings) == list(range(256))
     assert {command.risk.word for command in stage.executed} == {"read"}
 
 
-def test_a_robot_that_does_not_come_back_leaves_what_was_found(stage):
+def test_a_robot_that_does_not_come_back_leaves_what_was_found(stage: Stage) -> None:
     faults = Faults(drop_at_write=60)
     peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=faults)
     with FakeBlueZ([peripheral]) as bluez:
@@ -183,7 +184,7 @@ def test_a_robot_that_does_not_come_back_leaves_what_was_found(stage):
         bluez.remove(peripheral)
         out, err = running.communicate(timeout=PATIENCE)
     assert running.returncode in (3, 4), err
-    rows = lines("".join(seen) + out)
+    rows = objects("".join(seen) + out)
     assert rows[-1]["type"] == "summary"
     assert rows[-1]["complete"] is False
     assert "--resume" in err
@@ -198,7 +199,7 @@ def one_line(ran: "subprocess.CompletedProcess[str]", said: str) -> None:
     assert "Traceback" not in ran.stderr
 
 
-def test_what_fails_while_connecting_is_all_that_is_said(stage):
+def test_what_fails_while_connecting_is_all_that_is_said(stage: Stage) -> None:
     peripheral = stage.robot("bolt-plus", NEW, gate=False, faults=Faults(never_resolves=True))
     with FakeBlueZ([peripheral]) as bluez:
         ran = probe(bluez, "info", "-d", NEW, "--connect-timeout", "0.2")
@@ -206,7 +207,7 @@ def test_what_fails_while_connecting_is_all_that_is_said(stage):
     one_line(ran, "services: the robot is connected")
 
 
-def test_a_bus_that_dies_is_all_that_is_said(stage):
+def test_a_bus_that_dies_is_all_that_is_said(stage: Stage) -> None:
     peripheral = stage.robot("bolt-plus", NEW, gate=False)
     with FakeBlueZ([peripheral], faults=BusFaults(hangs_up_at="StartNotify")) as bluez:
         ran = probe(bluez, "info", "-d", NEW, "--connect-timeout", "0.2")
@@ -214,7 +215,7 @@ def test_a_bus_that_dies_is_all_that_is_said(stage):
     one_line(ran, "the connection to D-Bus broke")
 
 
-def test_no_bus_at_all():
+def test_no_bus_at_all() -> None:
     env = {**os.environ, "DBUS_SYSTEM_BUS_ADDRESS": "unix:path=/no/such/socket"}
     ran = subprocess.run(
         [sys.executable, "-m", "sphero_probe", "scan"],
@@ -228,7 +229,7 @@ def test_no_bus_at_all():
     one_line(ran, "no system bus")
 
 
-def test_several_robots_are_never_chosen_from(stage):
+def test_several_robots_are_never_chosen_from(stage: Stage) -> None:
     robots = [stage.robot("bolt-plus", NEW, gate=False), stage.robot("bolt", OLD)]
     with FakeBlueZ(robots) as bluez:
         ran = probe(bluez, "info", "--connect-timeout", "0.5")

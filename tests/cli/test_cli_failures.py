@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from sphero_probe.cli import invoke
+from tests.support.cli import Cli
 
 FAKE = ("--device", "fake:bolt-plus")
 PROBE = (sys.executable, "-m", "sphero_probe")
@@ -90,7 +91,7 @@ USAGE = 2
         ),
     ],
 )
-def test_bad_input(cli, arguments, code, said):
+def test_bad_input(cli: Cli, arguments: tuple[str, ...], code: int, said: str) -> None:
     ran = cli(*arguments)
     assert ran.code == code
     assert said in ran.err
@@ -112,7 +113,9 @@ def test_bad_input(cli, arguments, code, said):
         pytest.param(b"\x00\xff\xfe\x8d".decode("latin1"), None, "plan.py", id="binary"),
     ],
 )
-def test_broken_plan(cli, tmp_path, monkeypatch, source, line, said):
+def test_broken_plan(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, line: int | None, said: str
+) -> None:
     monkeypatch.setattr("sphero_probe.probing.plans.loader.MAX_SECONDS", 0.2)
     path = tmp_path / "plan.py"
     path.write_text(source, encoding="utf-8")
@@ -125,7 +128,7 @@ def test_broken_plan(cli, tmp_path, monkeypatch, source, line, said):
     assert "Traceback" not in ran.err
 
 
-def test_binary_rubbish_is_shown_as_evidence_and_ends_with_8(cli, tmp_path):
+def test_binary_rubbish_is_shown_as_evidence_and_ends_with_8(cli: Cli, tmp_path: Path) -> None:
     noise = tmp_path / "rubbish.bin"
     noise.write_bytes(bytes(range(256)) * 4)
     ran = cli("decode", str(noise), "--format", "jsonl")
@@ -134,13 +137,13 @@ def test_binary_rubbish_is_shown_as_evidence_and_ends_with_8(cli, tmp_path):
     assert '"kind":"malformed"' in ran.out.replace(" ", "")
 
 
-def test_debug_shows_the_traceback(cli):
+def test_debug_shows_the_traceback(cli: Cli) -> None:
     ran = cli("info", "--device", "fake:blot", "--debug")
     assert ran.code == USAGE
     assert "Traceback" in ran.err
 
 
-def test_a_bug_is_one_line_and_a_file(cli, monkeypatch):
+def test_a_bug_is_one_line_and_a_file(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(_: object) -> int:
         raise AssertionError("surprise")
 
@@ -155,7 +158,7 @@ def test_a_bug_is_one_line_and_a_file(cli, monkeypatch):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_full_disk():
+def test_full_disk() -> None:
     with Path("/dev/full").open("w") as full:
         ran = subprocess.run([*PROBE, "catalog"], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert ran.returncode == 10
@@ -166,7 +169,7 @@ def test_full_disk():
 @pytest.mark.parametrize(
     "arguments", [("catalog",), ("sweep", "--did", "0x11-0x13", "--format", "jsonl", *FAKE)], ids="-".join
 )
-def test_closed_pipe_ends_quietly(arguments):
+def test_closed_pipe_ends_quietly(arguments: tuple[str, ...]) -> None:
     ran = subprocess.Popen([*PROBE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert ran.stdout
     assert ran.stderr

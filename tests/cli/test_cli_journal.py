@@ -15,6 +15,7 @@ import pytest
 from sphero_probe.cli.output import FORMATS
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.store import runs_folder, slug
+from tests.support.cli import Cli
 
 PROBE = (sys.executable, "-m", "sphero_probe")
 FAKE = ("--device", "fake:bolt-plus")
@@ -55,7 +56,7 @@ def said(text: str) -> dict[int, tuple[object, ...]]:
     return {row["number"]: tuple(row[key] for key in keys) for row in rows if row["type"] == "finding"}
 
 
-def test_every_command_that_sends_keeps_one(cli, folder):
+def test_every_command_that_sends_keeps_one(cli: Cli, folder: Path) -> None:
     cli(*SWEEP, *FAKE)
     cli("send", "0x13", "0x10", *FAKE)
     cli("led", "--front", "f00", *FAKE)
@@ -69,7 +70,7 @@ def test_every_command_that_sends_keeps_one(cli, folder):
         assert "-bp-be56-" in path.name
 
 
-def test_what_only_looks_keeps_none(cli, folder):
+def test_what_only_looks_keeps_none(cli: Cli, folder: Path) -> None:
     cli(*SWEEP, *FAKE, "--dry-run")
     cli("led", "--off", *FAKE, "--dry-run")
     cli("info", *FAKE)
@@ -78,7 +79,7 @@ def test_what_only_looks_keeps_none(cli, folder):
     assert kept(folder) == []
 
 
-def test_runs_in_the_same_second_do_not_meet(cli, folder):
+def test_runs_in_the_same_second_do_not_meet(cli: Cli, folder: Path) -> None:
     for _ in range(3):
         assert cli("send", "0x13", "0x10", *FAKE).code == 0
     assert len(kept(folder)) == 3
@@ -87,7 +88,7 @@ def test_runs_in_the_same_second_do_not_meet(cli, folder):
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("device", ["bolt-plus", "bolt?loss=0.02&seed=2", "ollie"])
 @pytest.mark.parametrize("run", [SWEEP, ("send", "0x13", "0x10"), ("sweep", "--plan", "hello")], ids=" ".join)
-def test_a_report_shows_what_the_run_showed(cli, form, device, run):
+def test_a_report_shows_what_the_run_showed(cli: Cli, form: str, device: str, run: tuple[str, ...]) -> None:
     live = cli(*run, "--device", f"fake:{device}", "--format", form)
     assert live.out
     again = cli("report", "last", "--format", form)
@@ -95,12 +96,12 @@ def test_a_report_shows_what_the_run_showed(cli, form, device, run):
     assert lines_of(again.out) == lines_of(live.out)
 
 
-def lines_of(text):
+def lines_of(text: str) -> list[str]:
     """The lines in any order: a run shows findings as they come, a report by number."""
     return sorted(line.rstrip(",") for line in text.splitlines())
 
 
-def test_a_run_is_named_by_path_name_or_last(cli, folder, tmp_path):
+def test_a_run_is_named_by_path_name_or_last(cli: Cli, folder: Path, tmp_path: Path) -> None:
     cli(*SWEEP, *FAKE)
     (path,) = kept(folder)
     shown = cli("report", "last").out
@@ -113,7 +114,7 @@ def test_a_run_is_named_by_path_name_or_last(cli, folder, tmp_path):
         assert "no such run" in ran.err
 
 
-def test_going_on_asks_only_what_is_missing(cli, folder, tmp_path):
+def test_going_on_asks_only_what_is_missing(cli: Cli, folder: Path, tmp_path: Path) -> None:
     whole = cli(*SWEEP, *FAKE, "--format", "jsonl").out
     (path,) = kept(folder)
     cut(path, 10)
@@ -129,7 +130,7 @@ def test_going_on_asks_only_what_is_missing(cli, folder, tmp_path):
 
 
 @pytest.mark.parametrize("given", [(), ("--did", "power", "--cid", "0-31")], ids=["alone", "said-again"])
-def test_the_ranges_are_known_from_the_journal(cli, tmp_path, given):
+def test_the_ranges_are_known_from_the_journal(cli: Cli, tmp_path: Path, given: tuple[str, ...]) -> None:
     path = str(tmp_path / "run.jsonl")
     whole = cli(*SWEEP, *FAKE, "--payload", "00" * 11, "--journal", path, "--format", "jsonl").out
     cut(Path(path), 7)
@@ -139,7 +140,9 @@ def test_the_ranges_are_known_from_the_journal(cli, tmp_path, given):
     assert said(ran.out) == said(whole)
 
 
-def test_a_shipped_plan_goes_on_and_a_plan_of_ones_own_must_be_named(cli, folder, tmp_path):
+def test_a_shipped_plan_goes_on_and_a_plan_of_ones_own_must_be_named(
+    cli: Cli, folder: Path, tmp_path: Path
+) -> None:
     assert cli("sweep", "--plan", "power", *FAKE).code == 0
     cut(kept(folder)[0], 2)
     assert cli("sweep", "--resume", "last", *FAKE).code == 0
@@ -174,7 +177,9 @@ def test_a_shipped_plan_goes_on_and_a_plan_of_ones_own_must_be_named(cli, folder
         pytest.param((*FAKE, "--dry-run"), 2, "--dry-run", id="dry-run"),
     ],
 )
-def test_going_on_with_something_else_is_refused(cli, tmp_path, arguments, code, why):
+def test_going_on_with_something_else_is_refused(
+    cli: Cli, tmp_path: Path, arguments: tuple[str, ...], code: int, why: str
+) -> None:
     path = tmp_path / "run.jsonl"
     cli(*SWEEP, *FAKE, "--journal", str(path))
     held = cut(path, 9)
@@ -197,7 +202,7 @@ def test_going_on_with_something_else_is_refused(cli, tmp_path, arguments, code,
         pytest.param(b'{"type":"jour', id="torn"),
     ],
 )
-def test_what_is_no_journal(cli, tmp_path, content):
+def test_what_is_no_journal(cli: Cli, tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(content)
     for arguments in (("sweep", "--resume", str(path), *FAKE), ("report", str(path))):
@@ -208,7 +213,7 @@ def test_what_is_no_journal(cli, tmp_path, content):
         assert ran.out == ""
 
 
-def test_a_journal_says_nothing_that_is_run_opened_or_allowed(cli, tmp_path):
+def test_a_journal_says_nothing_that_is_run_opened_or_allowed(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'pwned')!r}, 'w')")
     cli(*SWEEP, *FAKE, "--journal", str(path))
@@ -231,14 +236,14 @@ def test_a_journal_says_nothing_that_is_run_opened_or_allowed(cli, tmp_path):
     assert not (tmp_path / "pwned").exists()
 
 
-def test_a_journal_of_send_is_not_gone_on_with(cli):
+def test_a_journal_of_send_is_not_gone_on_with(cli: Cli) -> None:
     cli("send", "0x13", "0x10", *FAKE)
     ran = cli("sweep", "--resume", "last", *FAKE)
     assert ran.code == 8
     assert "the journal of send" in ran.err
 
 
-def test_a_journal_in_use_is_refused(cli, tmp_path):
+def test_a_journal_in_use_is_refused(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     with Journal.create(path):
         for arguments in ((*SWEEP, "--journal", str(path)), ("sweep", "--resume", str(path))):
@@ -248,7 +253,7 @@ def test_a_journal_in_use_is_refused(cli, tmp_path):
 
 
 @pytest.mark.parametrize("place", ["/no/such/folder/x", ".", "nul\0"])
-def test_a_journal_that_cannot_be_written(cli, place):
+def test_a_journal_that_cannot_be_written(cli: Cli, place: str) -> None:
     ran = cli(*SWEEP, *FAKE, "--journal", place)
     assert ran.code == 10
     assert "cannot write" in ran.err
@@ -257,7 +262,7 @@ def test_a_journal_that_cannot_be_written(cli, place):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 @pytest.mark.parametrize("run", [SWEEP, ("send", "0x13", "0x10")], ids=" ".join)
-def test_a_full_disk(cli, run, tmp_path):
+def test_a_full_disk(cli: Cli, run: tuple[str, ...], tmp_path: Path) -> None:
     ledger = tmp_path / "ledger"
     ran = cli(*run, "--device", f"fake:bolt?ledger={ledger}", "--journal", "/dev/full")
     assert ran.code == 10
@@ -265,7 +270,9 @@ def test_a_full_disk(cli, run, tmp_path):
     assert ledger.read_text() == ""
 
 
-def test_a_disk_that_fills_up_tells_how_to_go_on(cli, monkeypatch, folder):
+def test_a_disk_that_fills_up_tells_how_to_go_on(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, folder: Path
+) -> None:
     real, left = os.write, [40]
 
     def write(descriptor: int, data: bytes) -> int:
@@ -285,7 +292,9 @@ def test_a_disk_that_fills_up_tells_how_to_go_on(cli, monkeypatch, folder):
     assert cli("sweep", "--resume", str(path), *FAKE).code == 0
 
 
-def test_without_a_place_the_run_goes_on_with_a_warning(cli, monkeypatch, tmp_path):
+def test_without_a_place_the_run_goes_on_with_a_warning(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
     ran = cli(*SWEEP, *FAKE)
@@ -307,11 +316,11 @@ def test_without_a_place_the_run_goes_on_with_a_warning(cli, monkeypatch, tmp_pa
         ("CON.", "con"),
     ],
 )
-def test_slugs(text, made):
+def test_slugs(text: str, made: str) -> None:
     assert slug(text) == made
 
 
-def test_runs_are_listed_the_last_first(cli, folder):
+def test_runs_are_listed_the_last_first(cli: Cli, folder: Path) -> None:
     assert json.loads(cli("runs", "--json").out) == []
     assert "No runs" in cli("runs", "--format", "table").out
     cli(*SWEEP, *FAKE)
@@ -336,7 +345,7 @@ def test_runs_are_listed_the_last_first(cli, folder):
     assert len(cli("runs", "--format", "plain").out.splitlines()) == 3
 
 
-def test_hostile_text_in_a_journal_is_harmless(cli, tmp_path):
+def test_hostile_text_in_a_journal_is_harmless(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     cli(*SWEEP, *FAKE, "--journal", str(path))
     text = "\x1b]0;x\x07\u202e\n\t=1+1"
@@ -368,7 +377,7 @@ def start(path: Path, *arguments: str) -> "subprocess.Popen[str]":
 
 
 @pytest.mark.parametrize("size", [0, 1, 1500, 4000, 7000, 12000])
-def test_kill_9_and_on(cli, tmp_path, size):
+def test_kill_9_and_on(cli: Cli, tmp_path: Path, size: int) -> None:
     whole = cli(*SWEEP, *SLOW, "--format", "jsonl", "--no-journal").out
     path = tmp_path / "run.jsonl"
     process = start(path)
@@ -389,7 +398,7 @@ def test_kill_9_and_on(cli, tmp_path, size):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-def test_a_signal_tells_how_to_go_on(cli, tmp_path, number):
+def test_a_signal_tells_how_to_go_on(cli: Cli, tmp_path: Path, number: signal.Signals) -> None:
     path = tmp_path / "run.jsonl"
     process = start(path, "--did", "0x10-0x1a", "--allow", "write")
     await_size(path, 3000, process)
@@ -404,7 +413,7 @@ def test_a_signal_tells_how_to_go_on(cli, tmp_path, number):
     assert len(said(ran.out)) == 11 * 32
 
 
-def test_a_closed_pipe_leaves_a_journal_that_goes_on(cli, tmp_path):
+def test_a_closed_pipe_leaves_a_journal_that_goes_on(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     process = start(path, "--did", "0x10-0x1a", "--format", "jsonl")
     assert process.stdout
@@ -419,7 +428,7 @@ def test_a_closed_pipe_leaves_a_journal_that_goes_on(cli, tmp_path):
     assert len(said(ran.out)) == 11 * 32
 
 
-def test_a_lost_link_tells_how_to_go_on(cli, monkeypatch, folder):
+def test_a_lost_link_tells_how_to_go_on(cli: Cli, monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     from sphero_probe.transports.fake import FakeTransport
 
     real, left = FakeTransport.write, [60]
@@ -441,7 +450,9 @@ def test_a_lost_link_tells_how_to_go_on(cli, monkeypatch, folder):
     assert len(said(ran.out)) == 256
 
 
-def test_a_run_that_ends_early_by_itself_is_incomplete(cli, monkeypatch, folder):
+def test_a_run_that_ends_early_by_itself_is_incomplete(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, folder: Path
+) -> None:
     from sphero_probe.probing.engine import Engine
 
     real = Engine.records

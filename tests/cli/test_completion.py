@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from sphero_probe.cli.complete import shells
 from sphero_probe.cli.complete.last_scan import MAX_ROBOTS, Remembered, cache_file, recall, remember
 from sphero_probe.cli.group import COMMANDS
 from sphero_probe.transports.base import Seen
+from tests.support.cli import Cli
 
 ROOT = Path(__file__).resolve().parents[2]
 NEARBY = [
@@ -30,8 +32,11 @@ NEARBY = [
 SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9:._-]{0,39}")
 
 
+Offered = Callable[..., list[str]]
+
+
 @pytest.fixture
-def offered(monkeypatch, capsys):
+def offered(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Offered:
     """Ask as a shell's script does and give what it would read."""
 
     def ask(line: str, *, shell: str = "bash", word: str | None = None) -> list[str]:
@@ -97,7 +102,7 @@ def plain(lines: list[str]) -> list[str]:
         pytest.param("sphero-probe info -d 'BP", ["BP-1234"], id="open-quote"),
     ],
 )
-def test_bash_is_offered(offered, line, expected):
+def test_bash_is_offered(offered: Offered, line: str, expected: list[str]) -> None:
     remember(NEARBY)
     runs = Path(os.environ["XDG_STATE_HOME"]) / "sphero-probe" / "runs"
     runs.mkdir(parents=True)
@@ -107,12 +112,12 @@ def test_bash_is_offered(offered, line, expected):
     assert sorted(set(plain(offered(line, word=word)))) == sorted(expected)
 
 
-def test_every_command_is_offered(offered):
+def test_every_command_is_offered(offered: Offered) -> None:
     assert sorted(plain(offered("sphero-probe "))) == sorted(COMMANDS)
 
 
 @pytest.mark.parametrize("line", ["sphero-probe decode ", "sphero-probe runs -o x", "sphero-probe report "])
-def test_files_are_left_to_the_shell(offered, line):
+def test_files_are_left_to_the_shell(offered: Offered, line: str) -> None:
     assert f"file,{line.rpartition(' ')[2]}" in offered(line)
 
 
@@ -129,11 +134,13 @@ def test_files_are_left_to_the_shell(offered, line):
         pytest.param("sphero-probe info --device=fake:bolt-", "fake:bolt-", "fake:bolt-plus", id="equals"),
     ],
 )
-def test_bash_may_have_been_told_other_word_breaks(offered, line, word, expected):
+def test_bash_may_have_been_told_other_word_breaks(
+    offered: Offered, line: str, word: str, expected: str
+) -> None:
     assert plain(offered(line, word=word)) == [expected]
 
 
-def test_zsh_and_fish_take_whole_words_and_remarks(offered):
+def test_zsh_and_fish_take_whole_words_and_remarks(offered: Offered) -> None:
     assert offered("sphero-probe info -d fake:bolt-", shell="zsh") == [
         "plain",
         r"fake\:bolt-plus",
@@ -150,7 +157,9 @@ def test_zsh_and_fish_take_whole_words_and_remarks(offered):
 @pytest.mark.parametrize(
     "instruction", ["bash_complete", "tcsh_complete", "zsh_complete", "1", "", "bash_source"]
 )
-def test_a_prompt_is_never_disturbed(monkeypatch, capsys, instruction):
+def test_a_prompt_is_never_disturbed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], instruction: str
+) -> None:
     for name in ("COMP_WORDS", "COMP_CWORD"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv(COMPLETE_VARIABLE, instruction)
@@ -161,7 +170,7 @@ def test_a_prompt_is_never_disturbed(monkeypatch, capsys, instruction):
 
 
 @pytest.mark.parametrize("shell", shells.SHELLS)
-def test_the_script_is_one_that_the_shell_can_read(cli, shell, tmp_path):
+def test_the_script_is_one_that_the_shell_can_read(cli: Cli, shell: str, tmp_path: Path) -> None:
     ran = cli("completion", shell)
     assert ran.code == 0
     assert ran.err == ""
@@ -184,7 +193,7 @@ def read_until(terminal: int, expected: bytes, *, patience: float = 20.0) -> byt
 
 
 @pytest.mark.skipif(not shutil.which("bash") or sys.platform == "win32", reason="no bash here")
-def test_a_real_bash_completes_across_colons(tmp_path):
+def test_a_real_bash_completes_across_colons(tmp_path: Path) -> None:
     remember(NEARBY)
     program = tmp_path / "sphero-probe"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sphero_probe "$@"\n')
@@ -225,7 +234,7 @@ def test_a_real_bash_completes_across_colons(tmp_path):
             os.close(ours)
 
 
-def test_what_a_scan_heard_is_remembered():
+def test_what_a_scan_heard_is_remembered() -> None:
     assert recall() == []
     remember(NEARBY)
     assert recall() == [
@@ -242,7 +251,7 @@ def test_what_a_scan_heard_is_remembered():
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.text(max_size=50), st.text(max_size=50)), max_size=70))
 @example([("BP-1234", "-x")] * 70)
-def test_whatever_robots_call_themselves_the_words_are_safe(heard):
+def test_whatever_robots_call_themselves_the_words_are_safe(heard: list[tuple[str, str]]) -> None:
     remember(Seen(name, None, address, -50) for name, address in heard)
     remembered = recall()
     assert len(remembered) <= MAX_ROBOTS
@@ -265,7 +274,7 @@ def test_whatever_robots_call_themselves_the_words_are_safe(heard):
         pytest.param(json.dumps({"robots": [{"name": "x" * 41}]}).encode(), id="long"),
     ],
 )
-def test_a_spoilt_file_offers_nothing(content):
+def test_a_spoilt_file_offers_nothing(content: bytes) -> None:
     file = cache_file()
     assert file
     file.parent.mkdir(parents=True)
@@ -273,7 +282,7 @@ def test_a_spoilt_file_offers_nothing(content):
     assert recall() == []
 
 
-def test_a_model_that_is_no_model_is_left_out():
+def test_a_model_that_is_no_model_is_left_out() -> None:
     file = cache_file()
     assert file
     file.parent.mkdir(parents=True)
@@ -281,7 +290,7 @@ def test_a_model_that_is_no_model_is_left_out():
     assert recall() == [Remembered("BP-1", "", "a31mb")]
 
 
-def test_where_nothing_can_be_kept_the_scan_goes_on(tmp_path, monkeypatch):
+def test_where_nothing_can_be_kept_the_scan_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     remember(NEARBY)

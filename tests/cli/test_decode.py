@@ -6,7 +6,10 @@ import json
 import os
 import sys
 import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -17,6 +20,7 @@ from sphero_probe.errors import BadInputFileError
 from sphero_probe.protocol.packets import Notification, Response
 from sphero_probe.protocol.v1 import V1
 from sphero_probe.protocol.v2 import V2
+from tests.support.cli import Cli
 
 FRAMES = [
     V2.encode_response(Response(number, 0, bytes([0x8D, number]), 0x13, 0x10, 0x12, 0x01, 0x39))
@@ -25,11 +29,11 @@ FRAMES = [
 STREAM = b"".join(FRAMES)
 
 
-def as_0x(data):
+def as_0x(data: bytes) -> str:
     return ", ".join(f"0x{byte:02x}" for byte in data)
 
 
-SPELLINGS = {
+SPELLINGS: dict[str, Callable[[bytes], str]] = {
     "solid": bytes.hex,
     "blanks": lambda data: data.hex(" "),
     "colons": lambda data: data.hex(":").upper(),
@@ -38,20 +42,20 @@ SPELLINGS = {
 }
 
 
-def unhexed(text, size):
+def unhexed(text: bytes, size: int) -> bytes:
     pieces = (text[at : at + size] for at in range(0, len(text), size))
     return b"".join(decode._unhexed(pieces, "a file"))
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
 @pytest.mark.parametrize("size", [1, 2, 3, 5, 64, 10_000])
-def test_hex_text_is_read_wherever_it_is_cut(spelling, size):
+def test_hex_text_is_read_wherever_it_is_cut(spelling: str, size: int) -> None:
     text = SPELLINGS[spelling](STREAM).encode()
     assert unhexed(text, size) == STREAM
 
 
 @given(st.binary(max_size=40), st.sampled_from(sorted(SPELLINGS)), st.integers(1, 9))
-def test_any_bytes_come_through_as_hex_text(data, spelling, size):
+def test_any_bytes_come_through_as_hex_text(data: bytes, spelling: str, size: int) -> None:
     assert unhexed(SPELLINGS[spelling](data).encode(), size) == data
 
 
@@ -67,13 +71,15 @@ def test_any_bytes_come_through_as_hex_text(data, spelling, size):
     ],
 )
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 100])
-def test_hex_text_that_is_none(text, message, size):
+def test_hex_text_that_is_none(text: bytes, message: str, size: int) -> None:
     with pytest.raises(BadInputFileError, match=message):
         unhexed(text, size)
 
 
 @pytest.mark.parametrize("name", ["jsonl", "plain", "json"])
-def test_what_came_before_wrong_hex_is_told(cli, tmp_path, monkeypatch, name):
+def test_what_came_before_wrong_hex_is_told(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     monkeypatch.setattr(decode, "_CHUNK", 16)
     file = tmp_path / "stream.txt"
     file.write_text(f"{STREAM.hex(' ')} oops")
@@ -87,7 +93,9 @@ def test_what_came_before_wrong_hex_is_told(cli, tmp_path, monkeypatch, name):
 
 @pytest.mark.parametrize("size", [1, 3, 10, 1 << 14])
 @pytest.mark.parametrize("spelling", ["binary", *SPELLINGS])
-def test_a_file_says_the_same_whatever_its_spelling(cli, tmp_path, monkeypatch, spelling, size):
+def test_a_file_says_the_same_whatever_its_spelling(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spelling: str, size: int
+) -> None:
     monkeypatch.setattr(decode, "_CHUNK", size)
     file = tmp_path / "stream"
     file.write_bytes(STREAM if spelling == "binary" else SPELLINGS[spelling](STREAM).encode())
@@ -96,12 +104,16 @@ def test_a_file_says_the_same_whatever_its_spelling(cli, tmp_path, monkeypatch, 
 
 
 @pytest.mark.parametrize("name", ["jsonl", "plain", "json"])
-def test_packets_are_told_before_the_next_bytes_are_read(cli, monkeypatch, name):
-    lines_told = []
+def test_packets_are_told_before_the_next_bytes_are_read(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    lines_told: list[int] = []
 
     class Slow(io.BytesIO):
-        def read1(self, size=-1):
-            lines_told.append(sys.stdout.getvalue().count("power.get_battery_percentage"))
+        def read1(self, size: int | None = -1) -> bytes:
+            assert size is not None
+            stdout: Any = sys.stdout
+            lines_told.append(stdout.getvalue().count("power.get_battery_percentage"))
             return super().read1(min(size, len(FRAMES[0])))
 
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=Slow(STREAM), isatty=lambda: False))
@@ -114,7 +126,9 @@ def test_packets_are_told_before_the_next_bytes_are_read(cli, monkeypatch, name)
     ("spelling", "name"),
     [("binary", "jsonl"), ("hex", "jsonl"), ("noise", "jsonl"), ("binary", "json"), ("noise", "table")],
 )
-def test_a_long_stream_needs_no_more_memory_than_a_short_one(cli, tmp_path, monkeypatch, spelling, name):
+def test_a_long_stream_needs_no_more_memory_than_a_short_one(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spelling: str, name: str
+) -> None:
     monkeypatch.setattr(decode, "_TABLE_ROOM", 5000)
     block = b"".join(
         V2.encode_notification(Notification(0x1B, number, bytes(900), 1, None, 0xFF, 8))
@@ -134,7 +148,9 @@ def test_a_long_stream_needs_no_more_memory_than_a_short_one(cli, tmp_path, monk
     assert peaks[2] < 4_000_000
 
 
-def test_a_table_shows_what_it_can_hold_and_says_how_many_it_does_not(cli, tmp_path, monkeypatch):
+def test_a_table_shows_what_it_can_hold_and_says_how_many_it_does_not(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(decode, "_TABLE_ROOM", 3 * (len(FRAMES[0]) + 32) + 1)
     file = tmp_path / "stream.bin"
     file.write_bytes(STREAM)
@@ -146,7 +162,9 @@ def test_a_table_shows_what_it_can_hold_and_says_how_many_it_does_not(cli, tmp_p
     assert "Not shown" not in cli("decode", str(file), str(file), "--format", "plain").err
 
 
-def test_both_generations_in_one_file_cut_anywhere(cli, tmp_path, monkeypatch):
+def test_both_generations_in_one_file_cut_anywhere(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     ping = V1.encode_response(Response(3, 0))
     file = tmp_path / "both.bin"
     file.write_bytes(FRAMES[0] + ping + b"u>" + FRAMES[1] + ping)
@@ -160,7 +178,7 @@ def test_both_generations_in_one_file_cut_anywhere(cli, tmp_path, monkeypatch):
     assert len(set(outs)) == 1
 
 
-def test_an_empty_file_holds_no_packet(cli, tmp_path):
+def test_an_empty_file_holds_no_packet(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "empty"
     file.touch()
     ran = cli("decode", str(file))

@@ -1,11 +1,10 @@
 """One notification has one JSON shape: in ``listen``, the notes of a sweep, its report, and ``decode``."""
 
-import json
 from pathlib import Path
 
 import pytest
 
-from tests.support.cli import Cli
+from tests.support.cli import Cli, objects
 
 STREAMING = bytes.fromhex("000A000000E000")
 """Every 10 ms, without end, the sensors of bits 15 to 13: the accelerometer."""
@@ -18,10 +17,6 @@ rest = [Probe(Command(0x13, cid)) for cid in range(0x20, 0x50)]
 PLAN = Plan("stream", "switch on a sensor stream", [[Probe(ask, exact=True)], rest])
 """
 ACCELEROMETER = {"accelerometer_x", "accelerometer_y", "accelerometer_z"}
-
-
-def objects(text: str) -> list[dict[str, object]]:
-    return [json.loads(line) for line in text.splitlines()]
 
 
 def packet_keys(row: dict[str, object]) -> dict[str, object]:
@@ -69,8 +64,8 @@ def test_listen_sweep_and_decode_read_a_sensor_stream_alike(cli: Cli, tmp_path: 
     assert streamed, swept.err
     for row in (*packets, *streamed):
         assert (row["did"], row["cid"], row["source"]) == (0x18, 0x02, 2)
-        assert set(row["fields"]) == ACCELEROMETER  # type: ignore[call-overload]
-        assert row["units"] == dict.fromkeys(row["fields"], "g")  # type: ignore[call-overload]
+        assert set(row["fields"]) == ACCELEROMETER
+        assert row["units"] == dict.fromkeys(row["fields"], "g")
     assert packet_keys(packets[0]) == packet_keys(streamed[0])
 
     (finding,) = (row for row in objects(swept.out) if row["type"] == "finding" and row["number"] == 1)
@@ -79,7 +74,7 @@ def test_listen_sweep_and_decode_read_a_sensor_stream_alike(cli: Cli, tmp_path: 
     assert [row["kind"] for row in decoded[:2]] == ["command", "response"]
     assert [packet_keys(row) for row in decoded[2:]] == [packet_keys(note) for note in streamed]
     unknown = objects(cli("decode", "".join(traffic[2:]), "--format", "jsonl").out)
-    assert all(not ACCELEROMETER & set(row.get("fields") or ()) for row in unknown)  # type: ignore[call-overload]
+    assert all(not ACCELEROMETER & set(row.get("fields") or ()) for row in unknown)
 
 
 def test_a_stream_that_the_robot_refused_is_not_decoded(cli: Cli) -> None:

@@ -3,7 +3,9 @@
 import re
 import shutil
 import subprocess
+from collections.abc import Iterator
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import click
 import pytest
@@ -17,13 +19,15 @@ ESCAPES = {r"\-", r"\f"}
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory):
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("man")
     click_man.main(["sphero-probe", "--target", str(folder)], standalone_mode=False)
     return {file.stem: file for file in folder.glob("*.1")}
 
 
-def commands(group: click.Group, words: tuple[str, ...] = ("sphero-probe",)):
+def commands(
+    group: click.Group, words: tuple[str, ...] = ("sphero-probe",)
+) -> Iterator[tuple[str, click.Command]]:
     yield "-".join(words), group
     for name, command in group.commands.items():
         if isinstance(command, click.Group):
@@ -32,7 +36,7 @@ def commands(group: click.Group, words: tuple[str, ...] = ("sphero-probe",)):
             yield "-".join((*words, name)), command
 
 
-def test_click_man_finds_the_commands_beside_the_entry_point():
+def test_click_man_finds_the_commands_beside_the_entry_point() -> None:
     (script,) = entry_points(group="console_scripts", name="sphero-probe")
     assert script.load() is cli.main
     assert "everything" in dir(cli)
@@ -40,7 +44,7 @@ def test_click_man_finds_the_commands_beside_the_entry_point():
     assert not hasattr(cli, "another")
 
 
-def test_every_command_has_a_page_with_its_options(pages):
+def test_every_command_has_a_page_with_its_options(pages: dict[str, Path]) -> None:
     known = dict(commands(cli.everything))
     assert set(pages) == set(known)
     assert "sphero-probe-plan-check" in known
@@ -57,7 +61,7 @@ def test_every_command_has_a_page_with_its_options(pages):
             assert f"\\fB{word}\\fP" in page
 
 
-def test_no_text_of_ours_is_taken_for_a_macro(pages):
+def test_no_text_of_ours_is_taken_for_a_macro(pages: dict[str, Path]) -> None:
     for page in pages.values():
         text = page.read_text(encoding="utf-8")
         for line in text.splitlines():
@@ -67,7 +71,7 @@ def test_no_text_of_ours_is_taken_for_a_macro(pages):
 
 
 @pytest.mark.skipif(not shutil.which("groff"), reason="no groff here")
-def test_the_pages_are_set_without_a_warning(pages):
+def test_the_pages_are_set_without_a_warning(pages: dict[str, Path]) -> None:
     set_ = subprocess.run(
         ["groff", "-man", "-ww", "-Tutf8", "-z", *pages.values()],
         capture_output=True,

@@ -16,6 +16,7 @@ from sphero_probe.probing.facts import Fact
 from sphero_probe.reports.rows import fact_row
 from sphero_probe.reports.streams import takes_unicode
 from sphero_probe.reports.views import FACTS
+from tests.support.cli import Cli
 
 STREAMING = ("sphero.set_data_streaming 0028000100006000 00", "--allow", "write", "--device", "fake:bb8")
 AT_ONCE = [name for name in FORMATS if name != "table"]
@@ -27,7 +28,7 @@ def value_of(number: int) -> str:
 
 
 @pytest.mark.parametrize("name", AT_ONCE)
-def test_a_live_report_can_be_read_while_it_grows(tmp_path, name):
+def test_a_live_report_can_be_read_while_it_grows(tmp_path: Path, name: str) -> None:
     file = tmp_path / "facts"
     with Output(name, str(file), "auto").report(FACTS, live=True) as report:
         for number in range(3):
@@ -38,7 +39,7 @@ def test_a_live_report_can_be_read_while_it_grows(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", AT_ONCE)
-def test_so_it_is_on_standard_output(monkeypatch, name):
+def test_so_it_is_on_standard_output(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     raw = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, "utf-8", write_through=False))
     with Output(name, None, "auto").report(FACTS, live=True) as report:
@@ -46,7 +47,7 @@ def test_so_it_is_on_standard_output(monkeypatch, name):
         assert value_of(1).encode() in raw.getvalue()
 
 
-def test_a_report_of_many_rows_is_not_flushed_row_by_row(tmp_path):
+def test_a_report_of_many_rows_is_not_flushed_row_by_row(tmp_path: Path) -> None:
     file = tmp_path / "facts"
     with Output("jsonl", str(file), "auto").report(FACTS) as report:
         report.add(fact_row(Fact("fact", value_of(1))))
@@ -55,7 +56,7 @@ def test_a_report_of_many_rows_is_not_flushed_row_by_row(tmp_path):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_live_or_not_the_report_is_the_same(tmp_path, name):
+def test_live_or_not_the_report_is_the_same(tmp_path: Path, name: str) -> None:
     written = []
     for live in (False, True):
         file = tmp_path / str(live)
@@ -66,7 +67,7 @@ def test_live_or_not_the_report_is_the_same(tmp_path, name):
     assert written[0] == written[1]
 
 
-def test_listen_writes_each_packet_as_it_comes(cli, monkeypatch):
+def test_listen_writes_each_packet_as_it_comes(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     raw = io.BytesIO()
     seen: list[int] = []
 
@@ -86,13 +87,13 @@ FULL = Path("/dev/full")
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="no disk that is always full")
-def test_listen_to_a_full_disk_is_no_lost_link(cli):
+def test_listen_to_a_full_disk_is_no_lost_link(cli: Cli) -> None:
     ran = cli("listen", "--seconds", "20", "--format", "jsonl", "-o", str(FULL), "--send", *STREAMING)
     assert ran.code == OutputError.exit_code
     assert "cannot write /dev/full" in ran.err
 
 
-def test_listen_to_a_reader_that_is_gone_ends_quietly(cli, monkeypatch):
+def test_listen_to_a_reader_that_is_gone_ends_quietly(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     class Gone(io.StringIO):
         def flush(self) -> None:
             if self.getvalue():
@@ -106,7 +107,7 @@ def test_listen_to_a_reader_that_is_gone_ends_quietly(cli, monkeypatch):
 class Terminal(io.StringIO):
     """What a terminal was sent."""
 
-    encoding = "utf-8"  # type: ignore[assignment]
+    encoding = "utf-8"
 
     def isatty(self) -> bool:
         return True
@@ -136,7 +137,9 @@ def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
         pytest.param({"LC_ALL": "C", "PYTHONUTF8": "1"}, True, id="the-interpreter-is-told-otherwise"),
     ],
 )
-def test_what_may_be_written_is_a_matter_of_the_locale(monkeypatch, tmp_path, environment, all_of_it):
+def test_what_may_be_written_is_a_matter_of_the_locale(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, environment: dict[str, str], all_of_it: bool
+) -> None:
     terminal = on_terminal(monkeypatch)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
@@ -147,7 +150,7 @@ def test_what_may_be_written_is_a_matter_of_the_locale(monkeypatch, tmp_path, en
         assert takes_unicode(file)
 
 
-def test_a_standard_error_that_is_gone_is_borne(monkeypatch):
+def test_a_standard_error_that_is_gone_is_borne(monkeypatch: pytest.MonkeyPatch) -> None:
     class Gone(io.StringIO):
         def write(self, _: str) -> int:
             raise BrokenPipeError
@@ -160,7 +163,9 @@ def test_a_standard_error_that_is_gone_is_borne(monkeypatch):
 
 @pytest.mark.parametrize("color", [True, False], ids=["colour", "plain"])
 @pytest.mark.parametrize("unicode", [True, False], ids=["unicode", "ascii"])
-def test_a_progress_bar_shows_what_the_terminal_can(monkeypatch, color, unicode):
+def test_a_progress_bar_shows_what_the_terminal_can(
+    monkeypatch: pytest.MonkeyPatch, color: bool, unicode: bool
+) -> None:
     terminal = on_terminal(monkeypatch)
     with progress_bar("sweep", color=color, unicode=unicode) as advance:
         advance(3, 12)
@@ -170,7 +175,9 @@ def test_a_progress_bar_shows_what_the_terminal_can(monkeypatch, color, unicode)
     assert bool(re.search(r"\x1b\[[0-9;]*m", sent)) is color
 
 
-def test_what_is_said_meanwhile_stands_above_the_bar_and_the_bar_goes(monkeypatch):
+def test_what_is_said_meanwhile_stands_above_the_bar_and_the_bar_goes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     terminal = on_terminal(monkeypatch)
     with progress_bar("sweep", color=False, unicode=True) as advance:
         advance(3, 12)
@@ -181,7 +188,9 @@ def test_what_is_said_meanwhile_stands_above_the_bar_and_the_bar_goes(monkeypatc
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_rows_that_run_over_a_terminal_are_not_mixed_with_a_bar(monkeypatch, name):
+def test_rows_that_run_over_a_terminal_are_not_mixed_with_a_bar(
+    monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
     terminal = on_terminal(monkeypatch)
     with progress("sweep", Output(name, None, "never")) as advance:
         advance(3, 12)

@@ -13,7 +13,8 @@ import subprocess
 import sys
 import termios
 from collections.abc import Callable, Coroutine, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import Any
 
 import bleak
@@ -28,10 +29,9 @@ from sphero_probe.transports.base import OpenOptions
 from sphero_probe.transports.ble import choosing
 from sphero_probe.transports.ble.scanner import Air, Heard, find, find_only, scan, watch
 from tests.support import fake_bluez_scans
+from tests.support.cli import Cli
 from tests.support.fake_bluez import V2_SERVICE, Adapter, FakeBlueZ, Faults, Peripheral
 from tests.support.fake_bluez_air import V1_SERVICE
-from tests.support.fake_bluez_stage import PATIENCE as LIMIT
-from tests.support.fake_bluez_stage import limit
 
 PATIENCE = 20
 """Seconds for anything that takes one at most."""
@@ -46,15 +46,12 @@ knows_who_is_connected = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(autouse=True)
-def _limited():
-    """Each of these ends in time, also where the bus never answers."""
-    with limit(LIMIT):
-        yield
+pytestmark = pytest.mark.usefixtures("limited")
+OnAir = Callable[..., AbstractContextManager[FakeBlueZ]]
 
 
 @pytest.fixture
-def air(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+def air(monkeypatch: pytest.MonkeyPatch) -> OnAir:
     """Put robots on the air of this process."""
 
     @contextmanager
@@ -88,42 +85,42 @@ def names_in(air: Air) -> list[tuple[str, int | None]]:
     return [(one.seen.name, one.seen.rssi) for one in air.around()]
 
 
-def test_one_address_is_one_robot_however_it_is_written_and_wherever_it_is_heard():
+def test_one_address_is_one_robot_however_it_is_written_and_wherever_it_is_heard() -> None:
     air = Air()
     air.hear(*heard("BP-1234", ONE, -70, path="hci0"))
     air.hear(*heard("BP-1234", ONE.lower(), -40, path="hci1"))
     assert names_in(air) == [("BP-1234", -40)]
 
 
-def test_the_latest_name_counts_and_an_empty_one_does_not():
+def test_the_latest_name_counts_and_an_empty_one_does_not() -> None:
     air = Air()
     for name in ("BP-1234", None, "BP-9999", ""):
         air.hear(*heard(name))
     assert names_in(air) == [("BP-9999", -50)]
 
 
-def test_services_once_offered_are_remembered():
+def test_services_once_offered_are_remembered() -> None:
     air = Air()
     air.hear(*heard("Fred", ONE, -50, V1_SERVICE.upper()))
     air.hear(*heard("Fred", ONE, -51))
     assert [one.seen.generation for one in air.around()] == [Generation.V1]
 
 
-def test_what_bluez_only_remembers_is_not_heard():
+def test_what_bluez_only_remembers_is_not_heard() -> None:
     told: list[Heard] = []
     air = Air(told.append)
     air.hear(*heard("BP-1234", ONE, -127))
     assert (air.around(), told) == ([], [])
 
 
-def test_an_unknown_strength_is_told_as_such_and_listed_last():
+def test_an_unknown_strength_is_told_as_such_and_listed_last() -> None:
     air = Air()
     air.hear(*heard("BP-1", ONE, 127))
     air.hear(*heard("BP-2", TWO, -90))
     assert names_in(air) == [("BP-2", -90), ("BP-1", None)]
 
 
-def test_a_connected_robot_that_is_heard_too_is_one_robot():
+def test_a_connected_robot_that_is_heard_too_is_one_robot() -> None:
     air = Air()
     device, data = heard(None, ONE, -60)
     air.hear(device, data)
@@ -144,7 +141,7 @@ def heard_seen(name: str, address: str) -> Any:
 
 
 @knows_who_is_connected
-def test_scan_lists_spheros_by_name_and_by_service_and_those_connected_here(cli, air):
+def test_scan_lists_spheros_by_name_and_by_service_and_those_connected_here(cli: Cli, air: OnAir) -> None:
     robots = [
         Peripheral("BP-1234", ONE, rssi=-40),
         Peripheral("Fred", TWO, rssi=-60, uuids=(V2_SERVICE,)),
@@ -171,14 +168,14 @@ def test_scan_lists_spheros_by_name_and_by_service_and_those_connected_here(cli,
     assert [robot.name for robot in recall()] == ["BP-1234", "Fred", "SM-5678"]
 
 
-def test_scan_leaves_out_a_robot_that_bluez_only_remembers(cli, air):
+def test_scan_leaves_out_a_robot_that_bluez_only_remembers(cli: Cli, air: OnAir) -> None:
     asleep = Peripheral("BP-1234", ONE, faults=Faults(asleep=True))
     with air(asleep, Peripheral("SB-0001", TWO)):
         ran = cli("scan", "--timeout", "0.3", "--all")
     assert [line.split("\t")[0] for line in ran.out.splitlines()] == ["SB-0001"]
 
 
-def test_scan_lists_a_robot_in_range_of_two_adapters_once(cli, air):
+def test_scan_lists_a_robot_in_range_of_two_adapters_once(cli: Cli, air: OnAir) -> None:
     with air(Peripheral("BP-1234", ONE), adapters=TWO_ADAPTERS) as bluez:
         ran = cli("scan", "--timeout", "0.3")
         other = cli("scan", "--timeout", "0.3", "--adapter", "hci1")
@@ -186,7 +183,9 @@ def test_scan_lists_a_robot_in_range_of_two_adapters_once(cli, air):
     assert ran.out == other.out == f"BP-1234\tSphero BOLT+\tv2\t{ONE}\t-50\n"
 
 
-def test_scan_keeps_up_with_two_hundred_neighbours_with_hostile_names(cli, air, monkeypatch):
+def test_scan_keeps_up_with_two_hundred_neighbours_with_hostile_names(
+    cli: Cli, air: OnAir, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(fake_bluez_scans, "ADVERTISING_SECONDS", 0.1)
     crowd = [
         Peripheral(f"{HOSTILE}{number}" + "x" * number, f"AA:BB:CC:DD:{number >> 8:02X}:{number & 255:02X}")
@@ -213,14 +212,14 @@ def test_scan_keeps_up_with_two_hundred_neighbours_with_hostile_names(cli, air, 
         ),
     ],
 )
-def test_scan_by_name(cli, air, pattern, names, said):
+def test_scan_by_name(cli: Cli, air: OnAir, pattern: str, names: list[str], said: str) -> None:
     with air(Peripheral("BP-1234", ONE), Peripheral("SB-0001", TWO)):
         ran = cli("scan", "--timeout", "0.2", "--name", pattern)
     assert [line.split("\t")[0] for line in ran.out.splitlines()] == names
     assert (ran.code, ran.err) == (0, said)
 
 
-def test_scan_of_an_empty_room_names_the_likely_reasons(cli, air):
+def test_scan_of_an_empty_room_names_the_likely_reasons(cli: Cli, air: OnAir) -> None:
     with air():
         ran = cli("scan", "--timeout", "0.2", "--json")
     assert (ran.code, json.loads(ran.out)) == (0, [])
@@ -228,7 +227,7 @@ def test_scan_of_an_empty_room_names_the_likely_reasons(cli, air):
     assert all(reason in ran.err for reason in ("shake it", "in range and charged", "phone"))
 
 
-def test_every_advertisement_is_asked_for(air):
+def test_every_advertisement_is_asked_for(air: OnAir) -> None:
     with air() as bluez:
         soon(scan(OpenOptions(timeout=0.1)))
         assert bluez.called("SetDiscoveryFilter")[0].body[0]["DuplicateData"].value is True
@@ -238,7 +237,9 @@ def test_every_advertisement_is_asked_for(air):
 
 
 @knows_who_is_connected
-def test_watch_tells_of_each_once_and_of_those_connected_then_ends(cli, air, monkeypatch):
+def test_watch_tells_of_each_once_and_of_those_connected_then_ends(
+    cli: Cli, air: OnAir, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("sphero_probe.transports.ble.scanner._LOOK", 0.1)
     known, held = Peripheral("BP-1234", ONE), Peripheral("SM-5678", TWO)
     with air(known, held, Peripheral("Kettle", THREE)) as bluez:
@@ -253,14 +254,14 @@ def test_watch_tells_of_each_once_and_of_those_connected_then_ends(cli, air, mon
     assert [robot.name for robot in recall()] == ["BP-1234", "SM-5678"]
 
 
-def test_watch_writes_a_table_to_a_file_at_the_end(cli, air, tmp_path):
+def test_watch_writes_a_table_to_a_file_at_the_end(cli: Cli, air: OnAir, tmp_path: Path) -> None:
     with air(Peripheral("BP-1234", ONE)):
         ran = cli("scan", "--watch", "--timeout", "0.2", "--output", str(tmp_path / "robots.txt"))
     assert (ran.code, ran.out) == (0, "")
     assert (tmp_path / "robots.txt").read_text("utf-8").splitlines()[2].split()[0] == "BP-1234"
 
 
-def test_watch_in_an_empty_room_says_so(cli, air):
+def test_watch_in_an_empty_room_says_so(cli: Cli, air: OnAir) -> None:
     with air():
         ran = cli("scan", "--watch", "--timeout", "0.1", "--format", "csv")
     assert (ran.code, ran.out) == (0, "name,model,generation,address,rssi\n")
@@ -268,7 +269,7 @@ def test_watch_in_an_empty_room_says_so(cli, air):
 
 
 @knows_who_is_connected
-def test_watch_ends_when_bluetooth_is_switched_off(air, monkeypatch):
+def test_watch_ends_when_bluetooth_is_switched_off(air: OnAir, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sphero_probe.transports.ble.scanner._LOOK", 0.1)
     with air(Peripheral("BP-1234", ONE)) as bluez:
 
@@ -286,7 +287,7 @@ def test_watch_ends_when_bluetooth_is_switched_off(air, monkeypatch):
 COMMAND = [sys.executable, "-m", "sphero_probe", "scan", "--watch"]
 
 
-def test_watch_in_a_pipe_tells_at_once_and_ends_politely(air):
+def test_watch_in_a_pipe_tells_at_once_and_ends_politely(air: OnAir) -> None:
     def next_name() -> str:
         assert running.stdout
         assert select.select([running.stdout], [], [], PATIENCE)[0], "nothing was told"
@@ -327,7 +328,9 @@ def screen_of(out: bytes, lines: int = 24) -> list[str]:
     return [line.rstrip() for line in rows]
 
 
-def test_watch_on_a_terminal_shows_a_table_that_stays_in_place(air, monkeypatch):
+def test_watch_on_a_terminal_shows_a_table_that_stays_in_place(
+    air: OnAir, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(fake_bluez_scans, "ADVERTISING_SECONDS", 0.1)
     crowd = [Peripheral(f"RV-{number:04}", f"AA:BB:CC:DD:00:{number:02X}") for number in range(30)]
     ours, theirs = pty.openpty()
@@ -367,24 +370,24 @@ def test_watch_on_a_terminal_shows_a_table_that_stays_in_place(air, monkeypatch)
 # find
 
 
-def test_an_address_is_found_at_once(air):
+def test_an_address_is_found_at_once(air: OnAir) -> None:
     with air(Peripheral("BP-1234", ONE), Peripheral("BP-1299", TWO)):
         assert soon(find(TWO.lower(), LONG)).seen.name == "BP-1299"
 
 
 @pytest.mark.parametrize("name", ["BP-1234", "bp-1234"])
-def test_a_name_is_found_soon(air, name):
+def test_a_name_is_found_soon(air: OnAir, name: str) -> None:
     with air(Peripheral("BP-1234", ONE), Peripheral("BP-12345", TWO)):
         assert soon(find(name, LONG)).seen.address == ONE
 
 
-def test_a_beginning_and_the_only_robot_are_found_in_the_time_there_is(air):
+def test_a_beginning_and_the_only_robot_are_found_in_the_time_there_is(air: OnAir) -> None:
     with air(Peripheral("BP-1234", ONE), Peripheral("Kettle", TWO)):
         assert soon(find("bp", SHORT)).seen.address == ONE
         assert soon(find_only(SHORT)).seen.address == ONE
 
 
-def test_a_shared_name_is_nobodys(air):
+def test_a_shared_name_is_nobodys(air: OnAir) -> None:
     with (
         air(Peripheral("BP-1234", ONE), Peripheral("BP-1234", TWO)),
         pytest.raises(RobotNotFoundError, match="2 robots are called BP-1234"),
@@ -392,7 +395,7 @@ def test_a_shared_name_is_nobodys(air):
         soon(find("BP-1234", LONG))
 
 
-def test_a_robot_that_appears_later_is_found(air):
+def test_a_robot_that_appears_later_is_found(air: OnAir) -> None:
     with air(Peripheral("BP-1234", ONE)) as bluez:
 
         async def wake_up_meanwhile() -> Heard:
@@ -405,7 +408,9 @@ def test_a_robot_that_appears_later_is_found(air):
 
 @knows_who_is_connected
 @pytest.mark.parametrize("wanted", ["BP-1234", ONE, "bp", ""])
-def test_a_robot_in_use_is_not_taken_and_not_waited_for(air, monkeypatch, wanted):
+def test_a_robot_in_use_is_not_taken_and_not_waited_for(
+    air: OnAir, monkeypatch: pytest.MonkeyPatch, wanted: str
+) -> None:
     monkeypatch.setattr(choosing, "SETTLING", 0.1)
     held = Peripheral("BP-1234", ONE)
     with air(held) as bluez:
@@ -415,7 +420,7 @@ def test_a_robot_in_use_is_not_taken_and_not_waited_for(air, monkeypatch, wanted
         assert not bluez.called("Connect")
 
 
-def test_a_robot_that_bluez_only_remembers_is_not_found(air):
+def test_a_robot_that_bluez_only_remembers_is_not_found(air: OnAir) -> None:
     with (
         air(Peripheral("BP-1234", ONE, faults=Faults(asleep=True))),
         pytest.raises(RobotNotFoundError, match=r"no robot 'BP-1234' was heard within 0\.3 s$"),
@@ -423,7 +428,7 @@ def test_a_robot_that_bluez_only_remembers_is_not_found(air):
         soon(find("BP-1234", SHORT))
 
 
-def test_the_command_line_says_whom_it_heard_instead(cli, air):
+def test_the_command_line_says_whom_it_heard_instead(cli: Cli, air: OnAir) -> None:
     with air(Peripheral("BP-1234", ONE), Peripheral(HOSTILE, TWO, uuids=(V1_SERVICE,))):
         ran = cli("info", "--device", "XX", "--connect-timeout", "0.3")
     first, hint = ran.err.splitlines()

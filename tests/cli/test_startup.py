@@ -77,11 +77,11 @@ def tell(code: str, *arguments: str) -> str:
     return ran.stdout.split("IMPORTED ")[1]
 
 
-def test_the_version_is_told_with_next_to_nothing():
+def test_the_version_is_told_with_next_to_nothing() -> None:
     assert set(tell(VERSION).split()) == {"sphero_probe", "sphero_probe.cli"}
 
 
-def test_help_imports_nothing_slow():
+def test_help_imports_nothing_slow() -> None:
     imported = json.loads(tell(HELP, json.dumps(HELPS)))
     assert "sphero_probe.cli.group" in imported[""]
     for command, modules in imported.items():
@@ -89,7 +89,7 @@ def test_help_imports_nothing_slow():
         assert not [name for name in modules if name.startswith(tuple(f"sphero_probe.{x}" for x in LAYERS))]
 
 
-def test_completion_imports_nothing_heavy():
+def test_completion_imports_nothing_heavy() -> None:
     imported = tell(
         COMPLETE,
         "sphero-probe ",
@@ -108,14 +108,20 @@ def test_completion_imports_nothing_heavy():
     [("60", 58), ("200", 78), ("1", 50), ("many", 78), ("٣", 78), ("9" * 5000, 78)],
     ids=["narrow", "wide", "tiny", "word", "arabic", "endless"],
 )
-def test_help_fills_the_terminal(capsys, monkeypatch, words, columns, widest):
+def test_help_fills_the_terminal(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    words: tuple[str],
+    columns: str,
+    widest: int,
+) -> None:
     monkeypatch.setenv("COLUMNS", columns)
     assert run([*words, "--help"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert widest - 12 <= max(map(len, lines)) <= max(widest, 78 if widest == 50 else 0)
 
 
-def test_asking_for_completion_ends_the_program_quietly():
+def test_asking_for_completion_ends_the_program_quietly() -> None:
     environment = os.environ | {COMPLETE_VARIABLE: "nonsense"}
     ran = subprocess.run(
         [sys.executable, "-m", "sphero_probe"], capture_output=True, env=environment, check=False, cwd=ROOT

@@ -8,6 +8,7 @@ import os
 import re
 import socket
 from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from time import monotonic
 from types import SimpleNamespace
@@ -34,6 +35,7 @@ from sphero_probe.transports import serial
 from sphero_probe.transports.base import WHY_UNHEARD, OpenOptions
 from sphero_probe.transports.ble import machine
 from sphero_probe.transports.registry import open_transport
+from tests.support.cli import Cli
 from tests.support.fake_bluez import (
     ACCESS_DENIED,
     Adapter,
@@ -43,22 +45,14 @@ from tests.support.fake_bluez import (
     Peripheral,
     sphero_v2,
 )
-from tests.support.fake_bluez_stage import PATIENCE as LIMIT
-from tests.support.fake_bluez_stage import limit
 from tests.support.virtual_clock import run as run_on_virtual_clock
 
 ROBOT = "AA:BB:CC:DD:EE:01"
 WAIT = 0.5
 """Seconds given to what never answers."""
 MEMBERSHIP = bluetooth_checks.membership
+pytestmark = pytest.mark.usefixtures("limited")
 ROBOT_CHECKS = ["connection", "services", "write size", "round trips", "firmware", "battery"]
-
-
-@pytest.fixture(autouse=True)
-def _limited():
-    """Each of these ends in time, also where the bus never answers."""
-    with limit(LIMIT):
-        yield
 
 
 @pytest.fixture(autouse=True)
@@ -101,7 +95,7 @@ Doctor = Callable[..., Page]
 
 
 @pytest.fixture
-def doctor(cli, monkeypatch) -> Doctor:
+def doctor(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> Doctor:
     """Run it against a bus and read its JSON."""
 
     def ran(bus: str | FakeBlueZ, *arguments: str) -> Page:
@@ -135,7 +129,7 @@ def robot(settings: str = "bolt", mtu: int = 247, **faults: Any) -> Peripheral:
     )
 
 
-def test_a_healthy_machine(doctor):
+def test_a_healthy_machine(doctor: Doctor) -> None:
     peripheral = robot()
     with FakeBlueZ([peripheral]) as bluez:
         page = doctor(bluez)
@@ -164,11 +158,12 @@ def test_a_healthy_machine(doctor):
     assert page.skipped() == ["radio switch"]
     assert page["BlueZ version"]["seen"] == "5.66"
     assert page["adapter"]["seen"] == "hci0 00:1A:7D:DA:71:13"
+    assert isinstance(peripheral.name, str)
     assert f"{peripheral.name} (Sphero BOLT, -50 dBm)" in page["scan"]["seen"]
     assert page.err == "16 ok, 1 skipped; to measure a robot, too: --device ROBOT\n"
 
 
-def test_many_robots_are_counted_and_strangers_are_no_robots(doctor):
+def test_many_robots_are_counted_and_strangers_are_no_robots(doctor: Doctor) -> None:
     near = [Peripheral(f"BP-00{number:02}", f"AA:BB:CC:DD:EE:{number:02}") for number in range(7)]
     with FakeBlueZ([*near, Peripheral("Kitchen radio", "AA:BB:CC:DD:EF:01")]) as bluez:
         seen = doctor(bluez)["scan"]["seen"]
@@ -177,7 +172,7 @@ def test_many_robots_are_counted_and_strangers_are_no_robots(doctor):
     assert "Kitchen" not in seen
 
 
-def test_a_healthy_machine_with_nobody_near(doctor):
+def test_a_healthy_machine_with_nobody_near(doctor: Doctor) -> None:
     with FakeBlueZ() as bluez:
         page = doctor(bluez)
     assert page.code == 0
@@ -204,7 +199,9 @@ def dead_socket(folder: Path) -> str:
         pytest.param(lambda _: "gibberish", "makes no sense", id="bad-address"),
     ],
 )
-def test_without_a_bus_what_stands_on_it_is_skipped(doctor, here, bus, said):
+def test_without_a_bus_what_stands_on_it_is_skipped(
+    doctor: Doctor, here: Path, bus: Callable[[Path], str], said: str
+) -> None:
     address = bus(here)
     page = doctor(address, "-d", ROBOT)
     assert page.fails() == ["D-Bus"]
@@ -216,14 +213,16 @@ def test_without_a_bus_what_stands_on_it_is_skipped(doctor, here, bus, said):
     assert page["connection"]["seen"] == "Bluetooth is not usable"
 
 
-def test_a_container_is_told_to_share_the_bus(doctor, here):
+def test_a_container_is_told_to_share_the_bus(doctor: Doctor, here: Path) -> None:
     (here / "container").touch()
     page = doctor(no_bus(here))
     assert "inside a container" in page["system"]["seen"]
     assert "-v /run/dbus" in page["D-Bus"]["fix"]
 
 
-def test_windows_subsystem_is_told_where_its_bluetooth_is(doctor, here, monkeypatch):
+def test_windows_subsystem_is_told_where_its_bluetooth_is(
+    doctor: Doctor, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("platform.release", lambda: "5.15.90.1-microsoft-standard-WSL2")
     assert "usbipd" in doctor(no_bus(here))["D-Bus"]["fix"]
     with FakeBlueZ(adapters=()) as bluez:
@@ -250,7 +249,9 @@ def test_windows_subsystem_is_told_where_its_bluetooth_is(doctor, here, monkeypa
         ),
     ],
 )
-def test_a_service_that_fails_is_the_only_failure(doctor, faults, failed, said, fix):
+def test_a_service_that_fails_is_the_only_failure(
+    doctor: Doctor, faults: dict[str, Any], failed: str, said: str, fix: str
+) -> None:
     began = monotonic()
     with FakeBlueZ(faults=BusFaults(**faults)) as bluez:
         page = doctor(bluez, "--timeout", str(WAIT))
@@ -268,7 +269,9 @@ def test_a_service_that_fails_is_the_only_failure(doctor, faults, failed, said, 
         pytest.param(True, True, "D-Bus policy", id="group-does-not-help"),
     ],
 )
-def test_who_is_in_the_group_is_not_sent_there(doctor, monkeypatch, member, active, fix):
+def test_who_is_in_the_group_is_not_sent_there(
+    doctor: Doctor, monkeypatch: pytest.MonkeyPatch, member: bool, active: bool, fix: str
+) -> None:
     monkeypatch.setattr(bluetooth_checks, "membership", lambda: ("ada", member, active))
     with FakeBlueZ(faults=BusFaults(errors={"*": ACCESS_DENIED})) as bluez:
         page = doctor(bluez)
@@ -284,7 +287,9 @@ def test_who_is_in_the_group_is_not_sent_there(doctor, monkeypatch, member, acti
         pytest.param(None, [100], (False, False), id="no-such-group"),
     ],
 )
-def test_membership(monkeypatch, members, groups, told):
+def test_membership(
+    monkeypatch: pytest.MonkeyPatch, members: list[str] | None, groups: list[int], told: tuple[bool, bool]
+) -> None:
     def group(name: str) -> SimpleNamespace:
         if members is None:
             raise KeyError(name)
@@ -346,7 +351,12 @@ SECOND = Adapter("hci1", address="00:1A:7D:DA:71:14")
         ),
     ],
 )
-def test_adapters(doctor, adapters, arguments, states):
+def test_adapters(
+    doctor: Doctor,
+    adapters: tuple[Adapter, ...],
+    arguments: tuple[str, str],
+    states: dict[str, str],
+) -> None:
     with FakeBlueZ(adapters=adapters) as bluez:
         page = doctor(bluez, *arguments)
     for name, expected in states.items():
@@ -373,7 +383,9 @@ def block(here: Path, kind: str = "bluetooth", soft: str = "0", hard: str = "0")
         pytest.param(Adapter(), {"kind": "wlan", "soft": "1"}, "skipped", "", id="that-of-another-radio"),
     ],
 )
-def test_radio_switches(doctor, here, adapter, switch, state, fix):
+def test_radio_switches(
+    doctor: Doctor, here: Path, adapter: Adapter, switch: dict[str, str], state: str, fix: str
+) -> None:
     block(here, **switch)
     with FakeBlueZ(adapters=(adapter,)) as bluez:
         found = doctor(bluez)["radio switch"]
@@ -389,13 +401,13 @@ def test_radio_switches(doctor, here, adapter, switch, state, fix):
         pytest.param("what?", "skipped", id="no-number"),
     ],
 )
-def test_version_of_bluez(doctor, here, said, state):
+def test_version_of_bluez(doctor: Doctor, here: Path, said: str, state: str) -> None:
     say_version(here, said)
     with FakeBlueZ() as bluez:
         assert doctor(bluez)["BlueZ version"]["state"] == state
 
 
-def test_a_missing_or_hanging_tool_of_bluez_is_no_failure(doctor, here):
+def test_a_missing_or_hanging_tool_of_bluez_is_no_failure(doctor: Doctor, here: Path) -> None:
     file = here / "bin" / "bluetoothctl"
     file.write_text("#!/bin/sh\nwhile :; do :; done\n")
     assert asyncio.run(machine.bluez_version(0.1)) == ""
@@ -404,7 +416,7 @@ def test_a_missing_or_hanging_tool_of_bluez_is_no_failure(doctor, here):
         assert doctor(bluez)["BlueZ version"]["state"] == "skipped"
 
 
-def test_a_robot_connected_already_is_pointed_out(doctor):
+def test_a_robot_connected_already_is_pointed_out(doctor: Doctor) -> None:
     peripheral = robot()
 
     async def connect_and_leave() -> None:
@@ -419,13 +431,14 @@ def test_a_robot_connected_already_is_pointed_out(doctor):
         call = Message(destination="org.bluez", path=path, interface="org.bluez.Device1", member="Connect")
         await bus.call(call)
         bus.disconnect()
-        await bus.wait_for_disconnect()
+        await bus.wait_for_disconnect()  # type: ignore[no-untyped-call] # dbus-fast leaves it without types
 
     with FakeBlueZ([peripheral]) as bluez, pytest.MonkeyPatch.context() as patch:
         patch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bluez.address)
         asyncio.run(connect_and_leave())
         page = doctor(bluez)
     assert page["robots in use"]["state"] == "warn"
+    assert isinstance(peripheral.name, str)
     assert peripheral.name in page["robots in use"]["seen"]
     assert f"bluetoothctl disconnect {ROBOT}" in page["robots in use"]["fix"]
     assert "heard 0 devices" in page["scan"]["seen"]
@@ -433,13 +446,14 @@ def test_a_robot_connected_already_is_pointed_out(doctor):
 
 
 @pytest.mark.parametrize("mtu", [23, 247])
-def test_a_robot_over_bluetooth_is_measured(doctor, mtu):
+def test_a_robot_over_bluetooth_is_measured(doctor: Doctor, mtu: int) -> None:
     peripheral = robot(mtu=mtu)
     with FakeBlueZ([peripheral]) as bluez:
         page = doctor(bluez, "-d", ROBOT)
     assert page.code == 0
     assert list(page)[-6:] == ROBOT_CHECKS
     seen = {name: page[name]["seen"] for name in ROBOT_CHECKS}
+    assert isinstance(peripheral.name, str)
     assert seen["connection"].startswith(f"{peripheral.name}, Sphero BOLT, v2, connected in ")
     assert all(f"{step} " in seen["connection"] for step in ("scan", "connect", "handshake", "notify"))
     assert "V2 API" in seen["services"]
@@ -449,13 +463,13 @@ def test_a_robot_over_bluetooth_is_measured(doctor, mtu):
     assert "battery voltage state" in seen["battery"]
 
 
-def test_steps_are_told_when_asked_for(doctor):
+def test_steps_are_told_when_asked_for(doctor: Doctor) -> None:
     with FakeBlueZ([robot()]) as bluez:
         page = doctor(bluez, "-d", ROBOT, "-v")
     assert page.err.splitlines()[:2] == ["scan ...", "connect ..."]
 
 
-def test_a_robot_that_is_not_there(doctor):
+def test_a_robot_that_is_not_there(doctor: Doctor) -> None:
     with FakeBlueZ([]) as bluez:
         page = doctor(bluez, "-d", "BP-0000", "--connect-timeout", "0.2")
     assert page.fails() == ["connection"]
@@ -465,7 +479,7 @@ def test_a_robot_that_is_not_there(doctor):
     assert page.skipped()[-5:] == ROBOT_CHECKS[1:]
 
 
-def test_a_robot_that_drops_the_link(doctor):
+def test_a_robot_that_drops_the_link(doctor: Doctor) -> None:
     with FakeBlueZ([robot(drop_at_write=10)]) as bluez:
         page = doctor(bluez, "-d", ROBOT)
     assert page.fails() == ["round trips"]
@@ -473,7 +487,7 @@ def test_a_robot_that_drops_the_link(doctor):
     assert "nearer" in page["round trips"]["fix"]
 
 
-def test_a_fake_robot_makes_do_without_bluetooth(doctor, here):
+def test_a_fake_robot_makes_do_without_bluetooth(doctor: Doctor, here: Path) -> None:
     page = doctor(no_bus(here), "-d", "fake:bolt?latency=5ms")
     assert page.code == 0
     assert page["D-Bus"]["state"] == "warn"
@@ -497,7 +511,7 @@ def test_a_fake_robot_makes_do_without_bluetooth(doctor, here):
         pytest.param("fake:bolt?silent=0x13:0x17,0x13:0x03", {"battery": "skipped"}, id="battery-untold"),
     ],
 )
-def test_robots_of_all_sorts(address, states):
+def test_robots_of_all_sorts(address: str, states: dict[str, str]) -> None:
     looks: dict[str, Look] = {}
     run_on_virtual_clock(check_robot(looks.__setitem__, address, OpenOptions(), 0.1))
     assert list(looks) == ROBOT_CHECKS
@@ -505,19 +519,21 @@ def test_robots_of_all_sorts(address, states):
 
 
 @pytest.mark.parametrize("address", ["fake:nobody", "serial:/no/such/port"])
-def test_a_robot_behind_another_line_that_is_not_there(doctor, here, address):
+def test_a_robot_behind_another_line_that_is_not_there(doctor: Doctor, here: Path, address: str) -> None:
     page = doctor(no_bus(here), "-d", address)
     assert page.fails() == ["connection"]
     assert page.skipped()[-5:] == ROBOT_CHECKS[1:]
 
 
-def test_an_address_of_no_kind_is_a_usage_error(cli):
+def test_an_address_of_no_kind_is_a_usage_error(cli: Cli) -> None:
     ran = cli("doctor", "-d", "spooky:action")
     assert (ran.code, ran.out) == (2, "")
 
 
 @pytest.mark.parametrize("columns", [20, 60, 80, 120])
-def test_a_table_fits_and_says_every_state_in_words(cli, here, monkeypatch, columns):
+def test_a_table_fits_and_says_every_state_in_words(
+    cli: Cli, here: Path, monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", no_bus(here))
     monkeypatch.setenv("COLUMNS", str(columns))
     ran = cli("doctor", "--format", "table")
@@ -530,21 +546,25 @@ def test_a_table_fits_and_says_every_state_in_words(cli, here, monkeypatch, colu
     assert set(words) == {"ok", "fail", "skipped"}
 
 
-def test_plain_lines_have_name_state_seen_and_fix(cli, here, monkeypatch):
+def test_plain_lines_have_name_state_seen_and_fix(
+    cli: Cli, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", no_bus(here))
     rows = [line.split("\t") for line in cli("doctor").out.splitlines()]
     assert all(len(row) == 4 for row in rows)
     assert ["BlueZ", "skipped", "no D-Bus", ""] in rows
 
 
-def test_another_system_has_no_bluez_but_a_scan(doctor, here, monkeypatch):
+def test_another_system_has_no_bluez_but_a_scan(
+    doctor: Doctor, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(bluetooth_checks, "on_linux", lambda: False)
     page = doctor(no_bus(here))
     assert not {"D-Bus", "BlueZ version", "BlueZ", "adapter", "power", "radio switch"} & set(page)
     assert page.fails() == ["scan"]
 
 
-def test_what_stumbles_is_a_line(doctor, here, monkeypatch):
+def test_what_stumbles_is_a_line(doctor: Doctor, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stumble(*_: object) -> Look:
         raise ImportError("no such library")
 
@@ -557,7 +577,7 @@ def test_what_stumbles_is_a_line(doctor, here, monkeypatch):
     assert page.skipped() == ROBOT_CHECKS
 
 
-def test_serial_ports(here, monkeypatch):
+def test_serial_ports(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert machine_checks.serial_ports() == Look(State.OK, "none")
     (here / "ttyUSB0").touch()
     listed = [
@@ -575,7 +595,7 @@ def test_serial_ports(here, monkeypatch):
     assert "dialout" in denied.fix
 
 
-def test_ports_that_nothing_here_lists(monkeypatch):
+def test_ports_that_nothing_here_lists(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> list[serial.ListedPort]:
         raise UnavailableError("the serial ports cannot be listed: no sysfs", "name one")
 
@@ -590,9 +610,11 @@ def test_ports_that_nothing_here_lists(monkeypatch):
         pytest.param(machine_checks.bleak, State.FAIL, id="bleak-is-not"),
     ],
 )
-def test_libraries_that_are_not_installed(monkeypatch, check, state):
+def test_libraries_that_are_not_installed(
+    monkeypatch: pytest.MonkeyPatch, check: Callable[[], Look], state: State
+) -> None:
     def version(name: str) -> str:
-        raise machine_checks.PackageNotFoundError(name)
+        raise PackageNotFoundError(name)
 
     monkeypatch.setattr(machine_checks, "version", version)
     look = check()
@@ -604,21 +626,21 @@ def test_libraries_that_are_not_installed(monkeypatch, check, state):
     ("found", "state"),
     [("3.0.2", State.OK), ("3.0.1", State.FAIL), ("4.0", State.FAIL), ("3.9.dev1", State.OK)],
 )
-def test_versions_of_bleak(monkeypatch, found, state):
+def test_versions_of_bleak(monkeypatch: pytest.MonkeyPatch, found: str, state: State) -> None:
     monkeypatch.setattr(machine_checks, "version", lambda _: found)
     look = machine_checks.bleak()
     assert look.state is state
     assert state is State.OK or ">=3.0.2,<4" in look.fix
 
 
-def test_a_version_of_serialx_that_does_not_fit_only_warns(monkeypatch):
+def test_a_version_of_serialx_that_does_not_fit_only_warns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_checks, "version", lambda _: "0.9")
     assert machine_checks.serial_library().state is State.WARN
 
 
-def test_a_copy_that_was_never_installed_has_no_bounds(monkeypatch):
+def test_a_copy_that_was_never_installed_has_no_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(name: str) -> str:
-        raise machine_checks.PackageNotFoundError(name)
+        raise PackageNotFoundError(name)
 
     monkeypatch.setattr(machine_checks, "metadata", missing)
     monkeypatch.setattr(machine_checks, "requires", missing)
@@ -626,18 +648,18 @@ def test_a_copy_that_was_never_installed_has_no_bounds(monkeypatch):
     assert machine_checks.bleak().state is State.OK
 
 
-def test_an_unknown_system_may_work(monkeypatch):
+def test_an_unknown_system_may_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.system", lambda: "Plan9")
     assert machine_checks.system().state is State.WARN
 
 
-def test_an_old_python(monkeypatch):
+def test_an_old_python(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("platform.python_version", lambda: "3.10.12")
     assert machine_checks.python().state is State.FAIL
 
 
 @given(st.lists(st.integers(0, 99), min_size=1, max_size=4), st.integers(0, 3))
-def test_a_version_is_within_its_own_bounds(numbers, zeros):
+def test_a_version_is_within_its_own_bounds(numbers: list[int], zeros: int) -> None:
     text = ".".join(map(str, numbers))
     longer = text + ".0" * zeros
     assert machine_checks.within(longer, f">={text}")
@@ -669,7 +691,9 @@ class Screen(io.StringIO):
         pytest.param("utf-8", "80", "dumb", State.OK, "no colour, TERM=dumb", id="dumb"),
     ],
 )
-def test_terminals(monkeypatch, encoding, columns, term, state, said):
+def test_terminals(
+    monkeypatch: pytest.MonkeyPatch, encoding: str, columns: str, term: str, state: State, said: str
+) -> None:
     for name in ("NO_COLOR", "FORCE_COLOR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("COLUMNS", columns)
@@ -679,7 +703,7 @@ def test_terminals(monkeypatch, encoding, columns, term, state, said):
     assert said in look.seen
 
 
-def test_a_place_for_journals_is_looked_at_and_not_made(here, monkeypatch):
+def test_a_place_for_journals_is_looked_at_and_not_made(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(here / "new" / "state"))
     assert machine_checks.journal_folder().state is State.OK
     assert not (here / "new").exists()
@@ -692,7 +716,7 @@ def test_a_place_for_journals_is_looked_at_and_not_made(here, monkeypatch):
     assert "not allowed" in machine_checks.journal_folder().seen
 
 
-def test_without_a_home_there_is_no_place_for_journals(monkeypatch):
+def test_without_a_home_there_is_no_place_for_journals(monkeypatch: pytest.MonkeyPatch) -> None:
     def homeless(*_: object, **__: object) -> Path:
         raise RuntimeError("nobody knows the home")
 
@@ -703,7 +727,7 @@ def test_without_a_home_there_is_no_place_for_journals(monkeypatch):
     assert "XDG_STATE_HOME" in look.fix
 
 
-def test_round_trips_on_a_slow_line():
+def test_round_trips_on_a_slow_line() -> None:
     async def measure() -> RoundTrips:
         async with open_transport(address_of("fake:mini?latency=40ms&sleep_after=1min")) as connection:
             policy = Policy(connection.generation, connection.robot, Consent(), ())
@@ -715,7 +739,7 @@ def test_round_trips_on_a_slow_line():
     assert 0.0399 < trips.times[0] <= trips.median <= trips.p95 <= 0.05
 
 
-def test_steps_that_are_repeated_count_together():
+def test_steps_that_are_repeated_count_together() -> None:
     steps = Steps(lambda _: None)
     assert re.fullmatch(r"\d+\.\d\d s", steps.told())
     for step in ("scan", "connect", "connect, attempt 2: no answer", "notify"):
@@ -723,7 +747,7 @@ def test_steps_that_are_repeated_count_together():
     assert re.findall("[a-z]{2,}", steps.told()) == ["scan", "connect", "notify"]
 
 
-def test_round_trips_in_numbers():
+def test_round_trips_in_numbers() -> None:
     assert RoundTrips(20, tuple(range(1, 21))).p95 == 19
     assert RoundTrips(2, (1.0, 3.0)).median == 2
     assert RoundTrips(1, (1.0,)).p95 == 1

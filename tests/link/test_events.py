@@ -1,7 +1,7 @@
 """Listeners of a link: each hears what it asked for once and in order, whatever the others do."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import UTC, datetime, timedelta
 
@@ -21,10 +21,11 @@ from sphero_probe.link.exchange import Answered, Blocked, LateResponse, Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.link.tracker import QUIET
-from sphero_probe.protocol.packets import Command, Malformed, Notification, Request, Response, Role
+from sphero_probe.protocol.packets import Command, Malformed, Notification, Request
 from sphero_probe.protocol.v2 import V2
 from sphero_probe.session.reconnect import Reconnector
 from sphero_probe.session.session import open_session
+from tests.support.line import Line, Robot, after, answer_to
 from tests.support.virtual_clock import run
 
 BATTERY, SLEEP = Command(0x13, 0x10), Command(0x13, 0x01)
@@ -32,38 +33,9 @@ AWAKE = Notification(0x13, 0x11, b"", 1, None, 0xFF, 0x28)
 SPOILT = Malformed(bytes.fromhex("8d09130d0000d7d8"), "checksum 0xd7, expected 0xd6")
 
 
-def answer_to(request: Request) -> bytes:
-    did, cid = request.command[:2]
-    return V2.encode_response(Response(request.seq, 0x00, b"\x5f", did, cid, flags=0x09))
-
-
-class Line:
-    """A transport; ``robot`` maps a request to what is said, each with its delay in seconds."""
-
-    def __init__(self, robot: Callable[[Request], list[tuple[float, bytes]]]) -> None:
-        self.robot = robot
-        self.written: list[bytes] = []
-        self._coming: asyncio.Queue[bytes] = asyncio.Queue()
-        self._decoder = V2.decoder(Role.ROBOT)
-
-    async def write(self, data: bytes) -> None:
-        self.written.append(data)
-        (request,) = self._decoder.feed(data)
-        assert isinstance(request, Request)
-        for delay, said in self.robot(request):
-            asyncio.get_running_loop().call_later(delay, self._coming.put_nowait, said)
-
-    async def read(self) -> bytes:
-        return await self._coming.get()
-
-
-def after(delay: float) -> Callable[[Request], list[tuple[float, bytes]]]:
-    return lambda request: [(delay, answer_to(request))]
-
-
 @asynccontextmanager
 async def linked(
-    robot: Callable[[Request], list[tuple[float, bytes]]],
+    robot: Robot,
     *,
     timeout: float = 1.0,
     events: Events | None = None,

@@ -1,5 +1,6 @@
 """The pace of one node: what was sent and how it ended in, by hand and at random; timeout and window out."""
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
@@ -31,13 +32,13 @@ class Node:
         overtaken: by the last answer.
     """
 
-    def __init__(self, **options):
+    def __init__(self, **options: int) -> None:
         self.pace = Pace(**options)
         self.now = 1024.0  # every time here is a sum of powers of two: nothing is rounded
-        self.sent_at = {}
-        self.overtaken = []
+        self.sent_at: dict[int, float] = {}
+        self.overtaken: list[int] = []
 
-    def send(self, count=1):
+    def send(self, count: int = 1) -> list[int]:
         """Send so many at once, a moment after whatever happened before; return their numbers."""
         self.now += 2**-10
         numbers = [len(self.sent_at) + place for place in range(count)]
@@ -46,10 +47,10 @@ class Node:
             self.pace.sent(number, now=self.now)
         return numbers
 
-    def fill(self):
+    def fill(self) -> list[int]:
         return self.send(self.pace.window - self.pace.in_flight)
 
-    def answer(self, numbers, after=USUAL, **options):
+    def answer(self, numbers: list[int], after: float = USUAL, **options: bool) -> list[int]:
         """Answer all these at once; return the window after each."""
         self.now += after
         windows = []
@@ -59,12 +60,12 @@ class Node:
             windows.append(self.pace.window)
         return windows
 
-    def stay_silent(self, numbers, after=2.0, **options):
+    def stay_silent(self, numbers: list[int], after: float = 2.0, **options: bool) -> None:
         self.now += after
         for number in numbers:
             self.pace.silent(number, self.now - self.sent_at[number], now=self.now, **options)
 
-    def grow_to(self, window):
+    def grow_to(self, window: int) -> None:
         """Keep the window full and have all answered, until it is so wide; leave nothing in flight."""
         while self.pace.window < window:
             numbers = self.fill()
@@ -76,7 +77,7 @@ class Node:
         assert (self.pace.window, self.pace.in_flight) == (window, 0)
 
 
-def by_rfc_6298(round_trips):
+def by_rfc_6298(round_trips: list[float]) -> tuple[float, float]:
     """Smoothed round trip and variation, in the words of section 2."""
     srtt, rttvar = round_trips[0], round_trips[0] / 2
     for r in round_trips[1:]:
@@ -85,7 +86,7 @@ def by_rfc_6298(round_trips):
     return srtt, rttvar
 
 
-def timeout_for(srtt, rttvar):
+def timeout_for(srtt: float, rttvar: float) -> float:
     return min(max(srtt + max(GRAIN, srtt, 4 * rttvar), SHORTEST_TIMEOUT), LONGEST_TIMEOUT)
 
 
@@ -100,7 +101,9 @@ def timeout_for(srtt, rttvar):
         pytest.param([0.25, 0.5, 0.125], 0.26171875, 0.15625, id="up and down"),
     ],
 )
-def test_round_trips_are_smoothed_as_in_rfc_6298(round_trips, smoothed, variation):
+def test_round_trips_are_smoothed_as_in_rfc_6298(
+    round_trips: list[float], smoothed: float, variation: float
+) -> None:
     assert by_rfc_6298(round_trips) == (smoothed, variation)
     node = Node()
     for round_trip in round_trips:
@@ -111,7 +114,7 @@ def test_round_trips_are_smoothed_as_in_rfc_6298(round_trips, smoothed, variatio
 
 
 @given(st.lists(st.floats(0.0, 10.0), min_size=1, max_size=30))
-def test_any_round_trips_are_smoothed_so(round_trips):
+def test_any_round_trips_are_smoothed_so(round_trips: list[float]) -> None:
     pace = Pace()
     for number, round_trip in enumerate(round_trips):
         pace.sent(number, now=20.0 * number)
@@ -128,14 +131,14 @@ def test_any_round_trips_are_smoothed_so(round_trips):
         pytest.param(100.0, LONGEST_TIMEOUT, id="longer than anybody waits"),
     ],
 )
-def test_the_timeout_has_bounds(round_trip, timeout):
+def test_the_timeout_has_bounds(round_trip: float, timeout: float) -> None:
     node = Node()
     node.answer(node.send(), round_trip)
     assert node.pace.timeout == timeout
 
 
 @pytest.mark.parametrize("round_trip", [2**-6, 2**-4, 0.25])
-def test_however_steady_a_robot_is_it_is_waited_for_longer(round_trip):
+def test_however_steady_a_robot_is_it_is_waited_for_longer(round_trip: float) -> None:
     node = Node()
     for _ in range(80):
         node.answer(node.send(), round_trip)
@@ -144,13 +147,13 @@ def test_however_steady_a_robot_is_it_is_waited_for_longer(round_trip):
     assert node.pace.timeout >= round_trip + GRAIN
 
 
-def test_before_the_first_answer():
+def test_before_the_first_answer() -> None:
     pace = Pace()
     assert (pace.timeout, pace.round_trip, pace.window, pace.in_flight) == (FIRST_TIMEOUT, None, 1, 0)
     assert pace.grace == GRACE
 
 
-def test_silences_make_the_timeout_longer():
+def test_silences_make_the_timeout_longer() -> None:
     node = Node()
     for times in range(1, 8):
         node.stay_silent(node.send(), after=node.pace.timeout)
@@ -159,7 +162,7 @@ def test_silences_make_the_timeout_longer():
     assert node.pace.round_trip is None
 
 
-def test_silences_of_one_window_count_once():
+def test_silences_of_one_window_count_once() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     timeout = node.pace.timeout
@@ -171,7 +174,7 @@ def test_silences_of_one_window_count_once():
     assert node.pace.timeout == pytest.approx(min(LONGEST_BACKOFF, timeout * BACKOFF**2))
 
 
-def test_the_next_answer_takes_the_longer_timeout_back():
+def test_the_next_answer_takes_the_longer_timeout_back() -> None:
     node = Node()
     node.answer(node.send(), 0.25)
     for _ in range(10):
@@ -181,7 +184,7 @@ def test_the_next_answer_takes_the_longer_timeout_back():
     assert node.pace.timeout == pytest.approx(timeout_for(*by_rfc_6298([0.25, 0.25])))
 
 
-def test_the_window_grows_by_one_with_each_answer_at_first():
+def test_the_window_grows_by_one_with_each_answer_at_first() -> None:
     node = Node()
     seen = [node.pace.window]
     while node.pace.window < SLOW_START:
@@ -190,7 +193,7 @@ def test_the_window_grows_by_one_with_each_answer_at_first():
     assert slow == list(range(1, SLOW_START + 1))
 
 
-def test_later_it_grows_by_one_with_each_window():
+def test_later_it_grows_by_one_with_each_window() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     seen = []
@@ -200,14 +203,14 @@ def test_later_it_grows_by_one_with_each_window():
     assert sum(range(SLOW_START, WIDEST)) <= answers <= sum(range(SLOW_START + 1, WIDEST + 1))
 
 
-def test_the_window_has_an_end():
+def test_the_window_has_an_end() -> None:
     node = Node()
     seen = [window for _ in range(3 * WIDEST) for window in node.answer(node.fill())]
     assert max(seen) == seen[-1] == WIDEST
     assert {after - before for before, after in pairwise(seen)} == {0, 1}
 
 
-def test_a_window_that_is_not_filled_does_not_grow():
+def test_a_window_that_is_not_filled_does_not_grow() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     for _ in range(WIDEST):
@@ -218,7 +221,7 @@ def test_a_window_that_is_not_filled_does_not_grow():
     assert node.pace.window == SLOW_START + 1
 
 
-def test_what_was_sent_after_the_window_was_full_proves_nothing():
+def test_what_was_sent_after_the_window_was_full_proves_nothing() -> None:
     node = Node()
     node.grow_to(2)
     first, second = node.fill()
@@ -230,7 +233,7 @@ def test_what_was_sent_after_the_window_was_full_proves_nothing():
     assert node.pace.window == grown
 
 
-def test_an_answer_missed_that_was_sure_to_come_halves_the_window_once():
+def test_an_answer_missed_that_was_sure_to_come_halves_the_window_once() -> None:
     node = Node()
     node.grow_to(WIDEST)
     first, *others = node.fill()
@@ -242,7 +245,7 @@ def test_an_answer_missed_that_was_sure_to_come_halves_the_window_once():
     assert node.pace.window == WIDEST // 4
 
 
-def test_after_halving_the_window_grows_slowly():
+def test_after_halving_the_window_grows_slowly() -> None:
     node = Node()
     node.grow_to(WIDEST)
     node.stay_silent(node.fill(), expected=True)
@@ -253,7 +256,7 @@ def test_after_halving_the_window_grows_slowly():
     assert node.pace.window == WIDEST // 2 + 1
 
 
-def test_after_halving_there_is_no_slow_start_up_to_where_it_ended_before():
+def test_after_halving_there_is_no_slow_start_up_to_where_it_ended_before() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     node.stay_silent(node.fill(), expected=True)
@@ -264,14 +267,14 @@ def test_after_halving_there_is_no_slow_start_up_to_where_it_ended_before():
     assert node.answer(node.fill())[-1] <= half + 2
 
 
-def test_a_silence_that_surprises_nobody_leaves_the_window_as_it_is():
+def test_a_silence_that_surprises_nobody_leaves_the_window_as_it_is() -> None:
     node = Node()
     node.grow_to(WIDEST)
     node.stay_silent(node.fill())
     assert (node.pace.window, node.pace.in_flight) == (WIDEST, 0)
 
 
-def test_the_window_never_closes():
+def test_the_window_never_closes() -> None:
     node = Node()
     for _ in range(10):
         node.stay_silent(node.fill(), expected=True)
@@ -280,7 +283,7 @@ def test_the_window_never_closes():
     assert node.pace.window == 2
 
 
-def test_a_busy_robot_is_asked_less():
+def test_a_busy_robot_is_asked_less() -> None:
     node = Node()
     node.grow_to(WIDEST)
     first, *others = node.fill()
@@ -290,7 +293,7 @@ def test_a_busy_robot_is_asked_less():
     assert node.answer(node.fill()[:1], busy=True) == [WIDEST // 4]
 
 
-def test_who_is_turned_away_at_the_door_has_overtaken_nobody():
+def test_who_is_turned_away_at_the_door_has_overtaken_nobody() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     numbers = node.fill()
@@ -300,7 +303,7 @@ def test_who_is_turned_away_at_the_door_has_overtaken_nobody():
     assert (node.pace.timeout, node.pace.round_trip) == (timeout, round_trip)
 
 
-def test_overtaken_commands_leave_the_window():
+def test_overtaken_commands_leave_the_window() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     first, second, third, last = node.send(4)
@@ -312,7 +315,7 @@ def test_overtaken_commands_leave_the_window():
     assert (node.overtaken, node.pace.in_flight) == ([], 0)
 
 
-def test_answers_in_order_overtake_nobody():
+def test_answers_in_order_overtake_nobody() -> None:
     node = Node(window=WIDEST)
     for number in node.fill():
         node.answer([number], after=2**-10)
@@ -320,7 +323,7 @@ def test_answers_in_order_overtake_nobody():
     assert node.pace.in_flight == 0
 
 
-def test_a_number_that_comes_round_again_stands_at_the_end():
+def test_a_number_that_comes_round_again_stands_at_the_end() -> None:
     pace = Pace(window=4)
     for number in (3, 0):
         pace.sent(number, now=0.0)
@@ -330,7 +333,7 @@ def test_a_number_that_comes_round_again_stands_at_the_end():
     assert pace.answered(3, 1.0, now=2.0) == []
 
 
-def test_the_silence_of_an_overtaken_command_is_no_slowness():
+def test_the_silence_of_an_overtaken_command_is_no_slowness() -> None:
     node = Node(window=2)
     overtaken, served = node.fill()
     node.answer([served])
@@ -340,7 +343,7 @@ def test_the_silence_of_an_overtaken_command_is_no_slowness():
     assert node.pace.timeout == timeout
 
 
-def test_an_overtaken_command_that_was_sure_to_be_answered_was_lost_in_the_crowd():
+def test_an_overtaken_command_that_was_sure_to_be_answered_was_lost_in_the_crowd() -> None:
     node = Node()
     node.grow_to(WIDEST)
     overtaken, served = node.fill()[:2]
@@ -349,7 +352,7 @@ def test_an_overtaken_command_that_was_sure_to_be_answered_was_lost_in_the_crowd
     assert node.pace.window == WIDEST // 2
 
 
-def test_what_nobody_waits_for_takes_no_place():
+def test_what_nobody_waits_for_takes_no_place() -> None:
     node = Node()
     (number,) = node.send()
     for _ in range(2):
@@ -369,9 +372,10 @@ EVENTS = st.lists(
 )
 
 
-def play(pace, events):
+def play(pace: Pace, events: list[tuple[str, int, float]]) -> Iterator[tuple[str, int]]:
     """Let these events happen to numbers asked or not, each some seconds after the last; yield after each."""
-    now, sent_at = 0.0, {}
+    now = 0.0
+    sent_at: dict[int, float] = {}
     for kind, number, seconds in events:
         now += seconds
         waited = now - sent_at.get(number, 0.0)
@@ -392,7 +396,7 @@ def play(pace, events):
 
 
 @given(EVENTS)
-def test_whatever_happens_there_are_bounds(events):
+def test_whatever_happens_there_are_bounds(events: list[tuple[str, int, float]]) -> None:
     pace = Pace()
     for kind, before in play(pace, events):
         assert 1 <= pace.window <= WIDEST
@@ -403,27 +407,29 @@ def test_whatever_happens_there_are_bounds(events):
 
 
 @given(EVENTS, st.floats(0.001, 100.0), st.integers(1, 255))
-def test_whatever_happens_what_was_fixed_stays(events, timeout, window):
+def test_whatever_happens_what_was_fixed_stays(
+    events: list[tuple[str, int, float]], timeout: float, window: int
+) -> None:
     fixed = Pace(timeout, window)
     for _ in play(fixed, events):
         assert (fixed.timeout, fixed.window) == (timeout, window)
 
 
 @given(EVENTS, st.floats(0.001, 100.0))
-def test_a_fixed_timeout_lets_the_window_adapt(events, timeout):
+def test_a_fixed_timeout_lets_the_window_adapt(events: list[tuple[str, int, float]], timeout: float) -> None:
     free, fixed = Pace(), Pace(timeout)
     for _ in zip(play(free, events), play(fixed, events), strict=True):
         assert (fixed.timeout, fixed.window) == (timeout, free.window)
 
 
 @given(EVENTS, st.integers(1, 255))
-def test_a_fixed_window_lets_the_timeout_adapt(events, window):
+def test_a_fixed_window_lets_the_timeout_adapt(events: list[tuple[str, int, float]], window: int) -> None:
     free, fixed = Pace(), Pace(window=window)
     for _ in zip(play(free, events), play(fixed, events), strict=True):
         assert (fixed.timeout, fixed.window) == (free.timeout, window)
 
 
-def test_who_is_unhurried_has_time_unless_a_timeout_was_named():
+def test_who_is_unhurried_has_time_unless_a_timeout_was_named() -> None:
     assert Pace().last_try_timeout == FIRST_TIMEOUT
     quick = Pace()
     quick.sent(0, now=0.0)

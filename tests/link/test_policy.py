@@ -16,7 +16,7 @@ from sphero_probe.catalogue import (
     lookup,
     rows_of,
 )
-from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.policy import (
     NEIGHBOURHOOD,
@@ -49,35 +49,41 @@ UNKNOWN = [(did, cid) for did in DEVICES for cid in range(256) if not rows_of(V2
 LENGTHS = [*range(21), 40, 64]
 
 
-def policy(robot=None, consent=None, *, strict=False, names=(ROBOT_NAME,)):
+def policy(
+    robot: Robot | None = None,
+    consent: Consent | None = None,
+    *,
+    strict: bool = False,
+    names: tuple[str, ...] = (ROBOT_NAME,),
+) -> Policy:
     made = Policy(V2, robot, consent or Consent(), names)
     if strict:
         made.length_checks.trust(NODE)
     return made
 
 
-def at(did, cid, payload=b""):
+def at(did: int, cid: int, payload: bytes = b"") -> Command:
     return Command(did, cid, payload, NODE)
 
 
-def meanings(did, cid, robot):
+def meanings(did: int, cid: int, robot: Robot | None) -> list[CommandRow]:
     """What the pair may mean to this robot: what is said of it, or else all that is said of any."""
     rows = rows_of(V2, did, cid)
     return [row for row in rows if robot and robot.key in row.nodes] or list(rows)
 
 
-def takes_any_length(row):
+def takes_any_length(row: CommandRow) -> bool:
     """Whether a persist or brick command has no single length that one could get wrong."""
     open_ended = row.request is None or row.request.fixed_length is None
     return row.kind is Kind.COMMAND and row.risk >= Risk.PERSIST and open_ended
 
 
-def dangerous_neighbours(did, cid):
+def dangerous_neighbours(did: int, cid: int) -> list[CommandRow]:
     near = [row for other in range(cid - 2, cid + 3) for row in rows_of(V2, did, other)]
     return [row for row in near if takes_any_length(row)]
 
 
-def unknown_may_go(did, cid, payload, *, strict):
+def unknown_may_go(did: int, cid: int, payload: bytes, *, strict: bool) -> bool:
     return (
         strict
         and did not in DANGEROUS_DEVICES
@@ -86,14 +92,14 @@ def unknown_may_go(did, cid, payload, *, strict):
     )
 
 
-def known_may_go(row, payload, *, strict):
+def known_may_go(row: CommandRow, payload: bytes, *, strict: bool) -> bool:
     if row.risk is Risk.READ:
         return True
     refusable = row.request is not None and not row.request.accepts(len(payload))
     return strict and refusable and row.risk < Risk.BRICK
 
 
-def may_go(did, cid, payload, robot, *, strict):
+def may_go(did: int, cid: int, payload: bytes, robot: Robot | None, *, strict: bool) -> bool:
     """The rules of consent by default, said once more."""
     rows = meanings(did, cid, robot)
     if not rows:
@@ -109,7 +115,7 @@ def may_go(did, cid, payload, robot, *, strict):
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
 @EACH_ROBOT
-def test_what_is_sent_of_the_whole_catalogue_by_default(robot, strict):
+def test_what_is_sent_of_the_whole_catalogue_by_default(robot: Robot | None, strict: bool) -> None:
     gate = policy(robot, strict=strict)
     for (did, cid), length in itertools.product(PAIRS, LENGTHS):
         for payload in (bytes(length), b"\x01" * length):
@@ -121,7 +127,7 @@ def test_what_is_sent_of_the_whole_catalogue_by_default(robot, strict):
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
-def test_what_is_sent_of_all_unknown_commands_by_default(strict):
+def test_what_is_sent_of_all_unknown_commands_by_default(strict: bool) -> None:
     gate = policy(strict=strict)
     for (did, cid), payload in itertools.product(UNKNOWN, (b"", bytes(4), bytes(11), b"\x01" * 11)):
         sent = gate.why_blocked(at(did, cid, payload)) is None
@@ -131,7 +137,7 @@ def test_what_is_sent_of_all_unknown_commands_by_default(strict):
 
 
 @EACH_ROBOT
-def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot):
+def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robot | None) -> None:
     gates = policy(robot), policy(robot, strict=True)
     for row in commands_of(robot) if robot else COMMAND_ROWS:
         mean = meanings(row.did, row.cid, robot)
@@ -205,13 +211,13 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot):
         ),
     ],
 )
-def test_classes(command, robot, strict, risk, reason):
+def test_classes(command: Command, robot: str | None, strict: bool, risk: Risk, reason: str) -> None:
     assessment = policy(ROBOTS[robot] if robot else None, strict=strict).assess(command)
     assert assessment.risk is risk
     assert reason in assessment.reason
 
 
-def test_the_dangerous_devices():
+def test_the_dangerous_devices() -> None:
     assert BRICK_DEVICES[V2] == {0x1B, 0x1D, 0x1E, 0x1F, 0xFE}
     assert PERSIST_DEVICES[V2] == {0x20}
     assert NO_EMPTY_PROBE_DEVICES[V2] == {0x11, 0x1A}
@@ -219,7 +225,7 @@ def test_the_dangerous_devices():
 
 
 @pytest.mark.parametrize("did", sorted(DANGEROUS_DEVICES), ids=lambda did: f"0x{did:02x}")
-def test_unknown_commands_of_dangerous_devices_never_go(did):
+def test_unknown_commands_of_dangerous_devices_never_go(did: int) -> None:
     gate = policy(strict=True)
     for cid in range(256):
         if rows_of(V2, did, cid):
@@ -230,13 +236,13 @@ def test_unknown_commands_of_dangerous_devices_never_go(did):
             assert gate.assess(at(did, cid, payload)).risk >= Risk.PERSIST
 
 
-def test_the_dangerous_device_of_v1():
+def test_the_dangerous_device_of_v1() -> None:
     gate = Policy(Generation.V1, None, Consent())
     gate.length_checks.trust(None)
     assert gate.assess(Command(0x01, 0xEE, bytes(WRONG_LENGTH))).risk is Risk.BRICK
 
 
-def test_no_fixed_length_command_takes_a_wrong_length():
+def test_no_fixed_length_command_takes_a_wrong_length() -> None:
     assert WRONG_LENGTH in WRONG_LENGTHS
     lengths = {row.request.fixed_length for row in COMMAND_ROWS if row.request}
     assert not lengths & WRONG_LENGTHS
@@ -250,7 +256,7 @@ NEIGHBOURS = [
 
 
 @pytest.mark.parametrize("row", NEIGHBOURS)
-def test_unknown_neighbours_take_the_class_of_what_takes_any_length(row):
+def test_unknown_neighbours_take_the_class_of_what_takes_any_length(row: CommandRow) -> None:
     gate = policy(strict=True)
     for cid in range(row.cid - NEIGHBOURHOOD, row.cid + NEIGHBOURHOOD + 1):
         if not 0 <= cid <= 0xFF or rows_of(V2, row.did, cid):
@@ -262,7 +268,7 @@ def test_unknown_neighbours_take_the_class_of_what_takes_any_length(row):
         assert gate.why_blocked(at(row.did, cid, bytes(WRONG_LENGTH))) is not None
 
 
-def test_dangerous_neighbours_make_no_command_milder():
+def test_dangerous_neighbours_make_no_command_milder() -> None:
     near = [pair for pair in UNKNOWN if dangerous_neighbours(*pair)]
     far = {did: cid for did, cid in UNKNOWN if not dangerous_neighbours(did, cid)}
     assert near
@@ -280,7 +286,7 @@ def test_dangerous_neighbours_make_no_command_milder():
         if did not in DANGEROUS_DEVICES
     ],
 )
-def test_notifications_are_no_commands(pair):
+def test_notifications_are_no_commands(pair: tuple[int, int]) -> None:
     lenient, strict = policy(), policy(strict=True)
     for gate in (lenient, strict):
         assert gate.why_blocked(at(*pair)) is not None
@@ -305,14 +311,14 @@ def test_notifications_are_no_commands(pair):
         pytest.param(bytes(1024), False, id="1024 zeros"),
     ],
 )
-def test_an_unknown_command_goes_as_a_wrong_length_of_zeros_only(payload, goes):
+def test_an_unknown_command_goes_as_a_wrong_length_of_zeros_only(payload: bytes, goes: bool) -> None:
     strict = policy(strict=True)
     for did in (0x50, 0x13, 0x11, 0x1A):
         assert (strict.why_blocked(at(did, 0x70, payload)) is None) == goes
         assert policy().why_blocked(at(did, 0x70, payload)) is not None
 
 
-def test_trust_is_for_one_node():
+def test_trust_is_for_one_node() -> None:
     gate = policy()
     probe = Command(0x50, 0x01, bytes(WRONG_LENGTH))
     targets = (None, 0x01, 0x10, 0x11, 0x12)
@@ -329,7 +335,7 @@ def test_trust_is_for_one_node():
 @pytest.mark.parametrize(
     "payload", [b"", bytes(11), b"\x01\x02", bytes(40)], ids=lambda payload: f"{len(payload)} bytes"
 )
-def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
+def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload: bytes) -> None:
     gate = policy()
     gate.length_checks.take_as_absent(at(0x50, 0x01, b"\x07"))
     assert gate.assess(at(0x50, 0x01, payload)).risk is Risk.PROBE
@@ -350,7 +356,7 @@ def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload):
         pytest.param(at(0x13, 0x00, bytes(11)), False, id="brick, wrong length"),
     ],
 )
-def test_what_depends_on_the_length_check(command, depends):
+def test_what_depends_on_the_length_check(command: Command, depends: bool) -> None:
     gate = policy(ROBOTS["rvr"])
     before = gate.assess(command)
     assert is_wrong_length(command, lookup(V2, command.did, command.cid, ROBOTS["rvr"])) == depends
@@ -358,7 +364,7 @@ def test_what_depends_on_the_length_check(command, depends):
     assert (gate.assess(command).risk < before.risk) == depends
 
 
-def test_assessments_are_kept_until_something_is_measured():
+def test_assessments_are_kept_until_something_is_measured() -> None:
     gate = policy()
     probe = at(0x50, 0x01, bytes(WRONG_LENGTH))
     before = gate.assess(probe)
@@ -380,7 +386,7 @@ EXAMPLES = {
 
 
 @pytest.mark.parametrize("allowed", [pytest.param(risk, id=risk.word) for risk in Risk])
-def test_classes_are_allowed_one_by_one(allowed):
+def test_classes_are_allowed_one_by_one(allowed: Risk) -> None:
     consent = Consent(frozenset({allowed}), ROBOT_NAME)
     gate = policy(ROBOTS["rvr"], consent, strict=True)
     for risk, command in EXAMPLES.items():
@@ -389,7 +395,7 @@ def test_classes_are_allowed_one_by_one(allowed):
 
 
 @EACH_ROBOT
-def test_with_everything_allowed_everything_goes(robot):
+def test_with_everything_allowed_everything_goes(robot: Robot | None) -> None:
     gate = policy(robot, EVERYTHING)
     for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
         assert gate.why_blocked(at(did, cid, bytes(length))) is None
@@ -397,7 +403,7 @@ def test_with_everything_allowed_everything_goes(robot):
 
 
 @EACH_ROBOT
-def test_reasons_name_the_flag(robot):
+def test_reasons_name_the_flag(robot: Robot | None) -> None:
     gate = policy(robot)
     for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
         command = at(did, cid, bytes(length))
@@ -430,22 +436,24 @@ BRICK = Assessment(Risk.BRICK, "it erases")
         pytest.param(set(), "BP-1234", ("BP-1234",), False, id="confirmed, nothing allowed"),
     ],
 )
-def test_brick_wants_leave_and_the_name(allowed, confirmed, names, goes):
+def test_brick_wants_leave_and_the_name(
+    allowed: set[Risk], confirmed: str, names: tuple[str, ...], goes: bool
+) -> None:
     consent = Consent(frozenset(allowed), confirmed)
     reason = why_blocked(BRICK, consent, names)
     assert (reason is None) == goes
-    assert goes or "--confirm" in reason
+    assert reason is None or "--confirm" in reason
     gate = Policy(V2, None, consent, iter(names))
     assert [gate.why_blocked(at(0x1D, 0x05)) is None for _ in range(2)] == [goes, goes]
 
 
-def test_other_classes_need_no_name():
+def test_other_classes_need_no_name() -> None:
     for risk in Risk:
         if risk is not Risk.BRICK:
             assert why_blocked(Assessment(risk, ""), Consent(frozenset({risk})), ()) is None
 
 
-def test_consent_in_words():
+def test_consent_in_words() -> None:
     assert Consent().words == ("read", "probe")
     assert EVERYTHING.words == ("read", "probe", "write", "motion", "persist", "brick")
     assert Consent(frozenset({Risk.BRICK, Risk.READ})).words == ("read", "brick")
@@ -464,7 +472,9 @@ ANY_PAYLOAD = (
 @given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(TARGETS))
 @example((0x17, 0x05), bytes(11), 0x11, None, {0x11})
 @example((0x1A, 0x04), bytes(11), 0x11, None, set())
-def test_by_default_nothing_goes_that_could_do_anything(pair, payload, target, robot, strict):
+def test_by_default_nothing_goes_that_could_do_anything(
+    pair: tuple[int, int], payload: bytes, target: int | None, robot: Robot | None, strict: set[int | None]
+) -> None:
     gate = Policy(V2, robot, Consent(), (ROBOT_NAME,))
     for node in strict:
         gate.length_checks.trust(node)
@@ -481,7 +491,9 @@ def test_by_default_nothing_goes_that_could_do_anything(pair, payload, target, r
 
 
 @given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS))
-def test_measuring_a_node_never_makes_a_command_more_dangerous(pair, payload, target, robot):
+def test_measuring_a_node_never_makes_a_command_more_dangerous(
+    pair: tuple[int, int], payload: bytes, target: int | None, robot: Robot | None
+) -> None:
     gate = policy(robot)
     before = gate.assess(Command(*pair, payload, target))
     gate.length_checks.trust(target)
@@ -490,7 +502,9 @@ def test_measuring_a_node_never_makes_a_command_more_dangerous(pair, payload, ta
 
 
 @given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(st.sampled_from(Risk)))
-def test_what_goes_was_allowed_by_its_own_name(pair, payload, target, robot, allowed):
+def test_what_goes_was_allowed_by_its_own_name(
+    pair: tuple[int, int], payload: bytes, target: int | None, robot: Robot | None, allowed: set[Risk]
+) -> None:
     gate = Policy(V2, robot, Consent(frozenset(allowed), ROBOT_NAME), (ROBOT_NAME,))
     command = Command(*pair, payload, target)
     assert (gate.why_blocked(command) is None) == (gate.assess(command).risk in allowed)

@@ -14,17 +14,17 @@ from sphero_probe.protocol.packets import Command, Response
 NOTHING = Confirmed([], [])
 
 
-def asked(number, target=None):
+def asked(number: int, target: int | None = None) -> PreparedProbe:
     return PreparedProbe(number, Command(0x13, number % 256, b"", target), Risk.PROBE, None, "")
 
 
-def settled(probe):
+def settled(probe: PreparedProbe) -> SettledProbe:
     command = probe.command
     answer = Answered(command, 0, b"", Response(0, 0x00, b"", command.did, command.cid), b"", 0.125)
     return SettledProbe(probe, ProbeResult(answer, 1))
 
 
-def test_a_canary_proves_what_was_sent_before_it():
+def test_a_canary_proves_what_was_sent_before_it() -> None:
     confirmations = Confirmations()
     answered, silent = settled(asked(1)), asked(2)
     assert confirmations.answer(answered, confirmations.checks) == NOTHING
@@ -35,7 +35,7 @@ def test_a_canary_proves_what_was_sent_before_it():
     assert not confirmations
 
 
-def test_a_canary_does_not_prove_what_was_sent_after_it():
+def test_a_canary_does_not_prove_what_was_sent_after_it() -> None:
     confirmations = Confirmations()
     health = confirmations.send(1)
     late = settled(asked(1))
@@ -45,7 +45,7 @@ def test_a_canary_does_not_prove_what_was_sent_after_it():
     assert confirmations.right(confirmations.send(1)) == Confirmed([late], [])
 
 
-def test_what_was_sent_before_a_canary_and_ends_after_it_is_proved_at_once():
+def test_what_was_sent_before_a_canary_and_ends_after_it_is_proved_at_once() -> None:
     confirmations = Confirmations()
     stamp = confirmations.checks
     confirmations.right(confirmations.send(1))
@@ -55,7 +55,7 @@ def test_what_was_sent_before_a_canary_and_ends_after_it_is_proved_at_once():
     assert not confirmations
 
 
-def test_a_later_canary_that_sings_first_makes_the_earlier_one_needless():
+def test_a_later_canary_that_sings_first_makes_the_earlier_one_needless() -> None:
     confirmations = Confirmations()
     early, late = settled(asked(1)), settled(asked(2))
     confirmations.answer(early, confirmations.checks)
@@ -67,7 +67,7 @@ def test_a_later_canary_that_sings_first_makes_the_earlier_one_needless():
     assert [confirmations.wants(health) for health in (first, second, third)] == [False, False, True]
 
 
-def test_an_earlier_canary_leaves_the_later_one():
+def test_an_earlier_canary_leaves_the_later_one() -> None:
     confirmations = Confirmations()
     early, late = settled(asked(1)), settled(asked(2))
     confirmations.answer(early, confirmations.checks)
@@ -79,14 +79,14 @@ def test_an_earlier_canary_leaves_the_later_one():
     assert confirmations.right(second) == Confirmed([late], [])
 
 
-def test_a_canary_without_questions_proves_by_being_sent():
+def test_a_canary_without_questions_proves_by_being_sent() -> None:
     confirmations = Confirmations()
     silent = asked(1)
     confirmations.silence(silent, confirmations.checks)
     assert confirmations.right(confirmations.send(0), 0) == Confirmed([], [silent])
 
 
-def test_nodes_with_something_left_to_be_proved():
+def test_nodes_with_something_left_to_be_proved() -> None:
     confirmations = Confirmations()
     assert confirmations.nodes == set()
     confirmations.answer(settled(asked(1, 0x11)), confirmations.checks)
@@ -98,7 +98,7 @@ def test_nodes_with_something_left_to_be_proved():
     assert confirmations.nodes == {None}
 
 
-def test_what_is_cleared_comes_out_and_no_canary_is_wanted():
+def test_what_is_cleared_comes_out_and_no_canary_is_wanted() -> None:
     confirmations = Confirmations()
     answered, silent = settled(asked(1)), asked(2)
     health = confirmations.send(2)
@@ -115,18 +115,18 @@ def test_what_is_cleared_comes_out_and_no_canary_is_wanted():
 class Run(RuleBasedStateMachine):
     """Probes and canaries go out, and end in any order; a model knows when each is proved, and by what."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         self.confirmations = Confirmations()
         self.probes = 0
-        self.flying = {}
-        self.unproved = {}
-        self.questions = {}
-        self.sent_after = {}
-        self.came_out = set()
+        self.flying: dict[int, int] = {}
+        self.unproved: dict[int, tuple[int, bool]] = {}
+        self.questions: dict[int, int] = {}
+        self.sent_after: dict[int, set[int]] = {}
+        self.came_out: set[int] = set()
         self.sang = 0
 
-    def check(self, endings):
+    def check(self, endings: Confirmed) -> None:
         """Compare what came out with what the model says is proved by now, each in the order of ending."""
         confirmed = [number for number, (stamp, _) in self.unproved.items() if stamp < self.sang]
         silent = [number for number in confirmed if self.unproved[number][1]]
@@ -140,14 +140,14 @@ class Run(RuleBasedStateMachine):
             del self.unproved[number]
 
     @rule(count=st.integers(1, 4))
-    def send_probes(self, count):
+    def send_probes(self, count: int) -> None:
         for _ in range(count):
             self.probes += 1
             self.flying[self.probes] = self.confirmations.checks
 
     @precondition(lambda self: self.flying)
     @rule(data=st.data(), silent=st.booleans())
-    def end_a_probe(self, data, silent):
+    def end_a_probe(self, data: st.DataObject, silent: bool) -> None:
         number = data.draw(st.sampled_from(sorted(self.flying)))
         stamp = self.flying.pop(number)
         self.unproved[number] = (stamp, silent)
@@ -158,7 +158,7 @@ class Run(RuleBasedStateMachine):
             self.check(self.confirmations.answer(settled(probe), stamp))
 
     @rule(questions=st.integers(1, 4))
-    def send_a_canary(self, questions):
+    def send_a_canary(self, questions: int) -> None:
         health = self.confirmations.send(questions)
         assert health == self.confirmations.checks
         assert health not in self.sent_after
@@ -167,7 +167,7 @@ class Run(RuleBasedStateMachine):
 
     @precondition(lambda self: self.questions)
     @rule(data=st.data(), at_once=st.integers(1, 4))
-    def answer_a_canary(self, data, at_once):
+    def answer_a_canary(self, data: st.DataObject, at_once: int) -> None:
         health = data.draw(st.sampled_from(sorted(self.questions)))
         right = min(at_once, self.questions[health])
         self.questions[health] -= right
@@ -178,7 +178,7 @@ class Run(RuleBasedStateMachine):
 
     @precondition(lambda self: not self.flying)
     @rule()
-    def give_up(self):
+    def give_up(self) -> None:
         endings = self.confirmations.clear()
         left = [asked.number for asked in endings.silent] + [one.asked.number for one in endings.answered]
         assert sorted(left) == sorted(self.unproved)
@@ -188,13 +188,13 @@ class Run(RuleBasedStateMachine):
         self.questions.clear()
 
     @invariant()
-    def what_is_left(self):
+    def what_is_left(self) -> None:
         assert bool(self.confirmations) == bool(self.unproved)
         assert self.confirmations.nodes == {0x11 + number % 3 for number in self.unproved}
         open_canaries = {health for health in self.sent_after if self.confirmations.wants(health)}
         assert open_canaries == set(self.questions)
 
-    def teardown(self):
+    def teardown(self) -> None:
         for number in sorted(self.flying):
             self.unproved[number] = (self.flying.pop(number), True)
             self.check(self.confirmations.silence(asked(number, 0x11 + number % 3), self.unproved[number][0]))

@@ -1,6 +1,7 @@
 """Discovery on fake robots: complete, compared with what the robot claims, and harmless."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,10 +9,7 @@ import pytest
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.probing.plans.discovery import LENGTHS, discovery
 from sphero_probe.protocol.packets import Generation
-
-
-def objects(text: str) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in text.splitlines()]
+from tests.support.cli import Cli, objects
 
 
 def discover(cli: Any, device: str, *options: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
@@ -26,14 +24,14 @@ def discover(cli: Any, device: str, *options: str) -> tuple[list[dict[str, Any]]
 
 
 @pytest.mark.parametrize("model", ROBOTS)
-def test_all_that_exists_is_found_or_withheld_with_a_reason(cli, tmp_path, model):
+def test_all_that_exists_is_found_or_withheld_with_a_reason(cli: Cli, tmp_path: Path, model: str) -> None:
     truth, ledger = tmp_path / "truth", tmp_path / "ledger"
     low, high = (0x00, 0x02) if ROBOTS[model].generation is Generation.V1 else (0x10, 0x13)
     device = f"fake:{model}?hidden=8&seed=5&truth={truth}&ledger={ledger}"
     rows, findings = discover(cli, device, "--did", f"{low}-{high}")
     robot = ROBOTS[model]
     usual = {(fact["node"], fact["did"], fact["cid"]) for fact in objects(truth.read_text())}
-    found = {True: set(), False: set()}
+    found: dict[bool, set[tuple[int, int, int]]] = {True: set(), False: set()}
     for finding in findings:
         node = 1 if finding["target"] is None else finding["target"] & 0x0F
         triple = node, finding["did"], finding["cid"]
@@ -55,7 +53,7 @@ def test_all_that_exists_is_found_or_withheld_with_a_reason(cli, tmp_path, model
     assert risks <= ({"read", "motion"} if executed else {"read"})  # after a surprise the motors are stopped
 
 
-def test_what_the_robot_claims_is_compared(cli, tmp_path):
+def test_what_the_robot_claims_is_compared(cli: Cli, tmp_path: Path) -> None:
     truth = tmp_path / "truth"
     rows, findings = discover(
         cli, f"fake:bolt?claims=lying&hidden=6&seed=2&truth={truth}", "--did", "0x10-0x13"
@@ -73,7 +71,7 @@ def test_what_the_robot_claims_is_compared(cli, tmp_path):
     assert note["ghost"]
 
 
-def test_the_differences_lead_the_table(cli):
+def test_the_differences_lead_the_table(cli: Cli) -> None:
     ran = cli(
         *("discover", "--did", "0x10-0x13", "--device", "fake:bolt?claims=lying&hidden=6&seed=2"),
         *("--format", "table"),
@@ -82,7 +80,7 @@ def test_the_differences_lead_the_table(cli):
     assert ran.out.index("ghost: claimed") < ran.out.index("get_battery_voltage")
 
 
-def test_lengths_are_tried_where_consent_covers_them(cli, tmp_path):
+def test_lengths_are_tried_where_consent_covers_them(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger"
     device = f"fake:bolt?hidden=12&seed=7&ledger={ledger}"
     _, withheld = discover(cli, device, "--did", "0x18", "--lengths")
@@ -91,7 +89,7 @@ def test_lengths_are_tried_where_consent_covers_them(cli, tmp_path):
     assert {row["risk"] for row in objects(ledger.read_text())} == {"read"}
 
 
-def test_values_and_lengths_make_stages():
+def test_values_and_lengths_make_stages() -> None:
     plain = discovery(Generation.V2, 0x11)
     full = discovery(Generation.V2, 0x11, lengths=True, values=True)
     assert len(full.stages) > len(plain.stages) + len(LENGTHS)
@@ -99,7 +97,7 @@ def test_values_and_lengths_make_stages():
     assert plain.verify
 
 
-def test_dry_run_and_resume_exclude_each_other(cli):
+def test_dry_run_and_resume_exclude_each_other(cli: Cli) -> None:
     ran = cli("discover", "--dry-run", "--resume", "last", "--device", "fake:bolt")
     assert ran.code == 2
     shown = cli("discover", "--dry-run", "--did", "0x13", "--device", "fake:bolt", "--json")
@@ -107,7 +105,7 @@ def test_dry_run_and_resume_exclude_each_other(cli):
     assert json.loads(shown.out)
 
 
-def test_a_robot_in_trouble_is_mapped_all_the_same(cli):
+def test_a_robot_in_trouble_is_mapped_all_the_same(cli: Cli) -> None:
     device = "fake:bolt?seed=3&hidden=4&sleep_after=1s&disconnect_after=300&loss=0.01"
     rows, findings = discover(cli, device, "--did", "0x13", "--timeout", "0.05")
     assert rows[-1]["complete"] is True

@@ -17,8 +17,8 @@ from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.oneshot import send_once, stop_motors
-from sphero_probe.probing.plan import Plan, Probe, sweep
-from sphero_probe.probing.profiles import Strictness
+from sphero_probe.probing.plan import Plan, Probe, Stage, sweep
+from sphero_probe.probing.profiles import NodeProfile, Strictness
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Response, Role
@@ -79,7 +79,7 @@ class Unplugged:
 
 def ask(
     settings: str,
-    stages: Sequence[object],
+    stages: Sequence[Stage],
     *,
     consent: Consent = DEFAULT,
     unplug_after: int | None = None,
@@ -97,7 +97,7 @@ def ask(
         policy = Policy(codec.generation, robot.model, consent, (robot.name,))
         async with Link(transport, codec, policy) as link:
             target = PRIMARY if robot.model.addressed else None
-            run = Engine(Plan("test", "", stages), link, robot.name, target)  # type: ignore[arg-type]
+            run = Engine(Plan("test", "", stages), link, robot.name, target)
             try:
                 async for record in run.records():
                     records.append(record)
@@ -119,7 +119,7 @@ def truth_of(outcome: Asking, node: int) -> set[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("model", ["bolt", "bolt-plus", "mini", "rvr", "r2d2", "r2q5", "bb9e", "lmq"])
-def test_every_finding_of_a_whole_device_is_true(model):
+def test_every_finding_of_a_whole_device_is_true(model: str) -> None:
     outcome = ask(f"{model}?hidden=6&seed=4", [whole(0x13)])
     truth = truth_of(outcome, 1)
     assert len(outcome.findings) == 256
@@ -150,7 +150,7 @@ def test_every_finding_of_a_whole_device_is_true(model):
 )
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_bad_radio_never_makes_a_wrong_word(faults, seed):
+def test_a_bad_radio_never_makes_a_wrong_word(faults: str, seed: int) -> None:
     outcome = ask(f"bolt?{faults}&hidden=4&seed={seed}", [whole(0x13)])
     truth = truth_of(outcome, 1)
     assert len(outcome.findings) == 256
@@ -166,7 +166,7 @@ def test_a_bad_radio_never_makes_a_wrong_word(faults, seed):
     assert {command.risk for command in outcome.executed} == {Risk.READ}
 
 
-def test_a_late_answer_still_settles_its_own_probe():
+def test_a_late_answer_still_settles_its_own_probe() -> None:
     outcome = ask("bolt?latency=1300ms", [[Probe(Command(0x13, 0x03)), Probe(Command(0x13, 0x17))]])
     assert {finding.outcome for finding in outcome.findings.values()} == {Outcome.EXISTS}
     assert outcome.notes("late")
@@ -195,7 +195,7 @@ class SlowOn(FakeTransport):
         self._coming.put_nowait(b"")
 
 
-def test_who_answers_slowly_is_waited_for_at_the_end_as_well():
+def test_who_answers_slowly_is_waited_for_at_the_end_as_well() -> None:
     slow = [(0x13, 0x03), (0x13, 0x17)]
     robot = FakeRobot(parse_settings("bolt"))
     run: list[Engine] = []
@@ -219,7 +219,7 @@ def test_who_answers_slowly_is_waited_for_at_the_end_as_well():
     assert [found[pair] for pair in slow] == [Outcome.EXISTS, Outcome.EXISTS]
 
 
-def test_silence_is_asked_three_times_before_it_is_called_that():
+def test_silence_is_asked_three_times_before_it_is_called_that() -> None:
     outcome = ask("bolt?silent=0x13:0x03", [[Probe(Command(0x13, 0x03)), Probe(Command(0x13, 0x17))]])
     silent = outcome.findings[0x13, 0x03]
     assert (silent.outcome, silent.attempts) == (Outcome.SILENT, 3)
@@ -237,14 +237,14 @@ def test_silence_is_asked_three_times_before_it_is_called_that():
         ("rvr?busy=0.3", Strictness.STRICT),
     ],
 )
-def test_strictness_is_measured(settings, strictness):
+def test_strictness_is_measured(settings: str, strictness: Strictness) -> None:
     outcome = ask(settings, [[Probe(Command(0x13, 0x70))]])
     assert list(outcome.heading.strictness.values()) == [strictness]
     assert len(outcome.notes("calibration")) == 1
     assert {command.risk for command in outcome.executed} == {Risk.READ}
 
 
-def test_a_node_that_is_not_there_is_told_as_such():
+def test_a_node_that_is_not_there_is_told_as_such() -> None:
     outcome = ask("bolt-plus", [whole(0x1A, SECONDARY)])
     assert outcome.heading.strictness == {"node 0x12": Strictness.NO_NODE}
     asked = [f for f in outcome.findings.values() if f.outcome is not Outcome.SKIPPED]
@@ -252,7 +252,7 @@ def test_a_node_that_is_not_there_is_told_as_such():
     assert {finding.note for finding in asked} == {"no such node"}
 
 
-def test_a_masking_robot_proves_nothing_by_a_refused_length():
+def test_a_masking_robot_proves_nothing_by_a_refused_length() -> None:
     outcome = ask("bolt?mask=1", [whole(0x13)])
     lengths = [f for f in outcome.findings.values() if f.code_name == "bad data length"]
     assert lengths
@@ -264,14 +264,14 @@ def test_a_masking_robot_proves_nothing_by_a_refused_length():
 
 @pytest.mark.parametrize("strict", ["minimum", "none"])
 @pytest.mark.parametrize("did", [0x13, 0x1A])
-def test_a_lenient_robot_gets_no_wrong_lengths(strict, did):
+def test_a_lenient_robot_gets_no_wrong_lengths(strict: str, did: int) -> None:
     outcome = ask(f"bolt?strict={strict}&hidden=9", [whole(did)])
     assert {command.risk for command in outcome.executed} == {Risk.READ}
     sent = [finding for finding in outcome.findings.values() if finding.attempts]
     assert {finding.risk for finding in sent if not is_impossible(finding.command)} == {Risk.READ}
 
 
-def test_a_robot_that_sleeps_is_woken_first():
+def test_a_robot_that_sleeps_is_woken_first() -> None:
     executed: list[Executed] = []
     robot = FakeRobot(parse_settings("r2d2"), on_execute=executed.append)
     robot.hear(CODECS[robot.model.generation].encode_command(Command(0x13, 0x01), 0), now=0.0)
@@ -288,7 +288,7 @@ def test_a_robot_that_sleeps_is_woken_first():
     assert finding.attempts == 2
 
 
-def test_a_stage_is_made_from_the_findings_of_the_one_before():
+def test_a_stage_is_made_from_the_findings_of_the_one_before() -> None:
     def follow(findings: Sequence[Finding]) -> list[Probe]:
         assert [finding.outcome for finding in findings] == [Outcome.EXISTS]
         return [Probe(Command(0x13, 0x17))]
@@ -297,7 +297,7 @@ def test_a_stage_is_made_from_the_findings_of_the_one_before():
     assert [record.number for record in outcome.records if isinstance(record, Finding)] == [1, 2]
 
 
-def test_a_stage_that_breaks_names_the_plan():
+def test_a_stage_that_breaks_names_the_plan() -> None:
     def broken(findings: Sequence[Finding]) -> list[Probe]:
         raise ValueError(findings)
 
@@ -305,7 +305,7 @@ def test_a_stage_that_breaks_names_the_plan():
         ask("bolt", [[Probe(Command(0x13, 0x03))], broken])
 
 
-def test_exact_payloads_are_sent_as_they_stand():
+def test_exact_payloads_are_sent_as_they_stand() -> None:
     outcome = ask("bolt", [[Probe(Command(0x10, 0x00, b"hi")), Probe(Command(0x13, 0x70), exact=True)]])
     echo = outcome.findings[0x10, 0x00].exchange
     assert isinstance(echo, Answered)
@@ -313,7 +313,7 @@ def test_exact_payloads_are_sent_as_they_stand():
     assert outcome.findings[0x13, 0x70].outcome is Outcome.SKIPPED
 
 
-def test_consent_lets_documented_writes_run_properly():
+def test_consent_lets_documented_writes_run_properly() -> None:
     consent = Consent(frozenset({Risk.READ, Risk.PROBE, Risk.WRITE}))
     outcome = ask("bolt", [[Probe(Command(0x1A, 0x4E))]], consent=consent)
     assert outcome.findings[0x1A, 0x4E].code_name == "success"
@@ -321,7 +321,7 @@ def test_consent_lets_documented_writes_run_properly():
 
 
 @pytest.mark.parametrize("writes", [0, 1, 5, 20, 40, 100])
-def test_a_lost_link_keeps_what_was_found_and_calls_the_rest_nothing(writes):
+def test_a_lost_link_keeps_what_was_found_and_calls_the_rest_nothing(writes: int) -> None:
     outcome = ask("bolt", [whole(0x13)], unplug_after=writes)
     assert outcome.lost is not None
     assert not outcome.summary.complete
@@ -335,23 +335,23 @@ def test_a_lost_link_keeps_what_was_found_and_calls_the_rest_nothing(writes):
             assert finding.outcome in (Outcome.ABSENT, Outcome.SKIPPED)
 
 
-def test_stopping_sends_nothing_more_and_says_so():
+def test_stopping_sends_nothing_more_and_says_so() -> None:
     outcome = ask("bolt?latency=20ms", [whole(0x13)], stop_after=10)
     assert not outcome.summary.complete
     assert 10 <= len(outcome.findings) <= 10 + PROBES_PER_CHECK + WIDEST
     assert outcome.lost is None
 
 
-def test_a_robot_that_answers_nothing_is_told_as_such():
+def test_a_robot_that_answers_nothing_is_told_as_such() -> None:
     with pytest.raises(NoAnswerError, match=r"first answer: .* answers nothing"):
         ask("bolt?loss=1", [whole(0x13)])
 
 
-def test_stopping_while_the_robot_is_called_on_does_not_wait_for_it():
+def test_stopping_while_the_robot_is_called_on_does_not_wait_for_it() -> None:
     robot = FakeRobot(parse_settings("bolt?loss=1"))
     times = []
 
-    async def work():
+    async def work() -> None:
         codec = CODECS[robot.model.generation]
         policy = Policy(codec.generation, robot.model, DEFAULT, (robot.name,))
         async with Link(FakeTransport(robot), codec, policy) as link:
@@ -367,7 +367,7 @@ def test_stopping_while_the_robot_is_called_on_does_not_wait_for_it():
     assert times == [pytest.approx(0.5)]
 
 
-def test_stopped_before_a_silent_probe_was_repeated_is_inconclusive():
+def test_stopped_before_a_silent_probe_was_repeated_is_inconclusive() -> None:
     probes = [Probe(Command(0x13, 0x03)), *whole(0x13)[16:40]]
     outcome = ask("bolt?silent=0x13:0x03&latency=20ms", [probes], stop_after=1)
     silent = outcome.findings[0x13, 0x03]
@@ -375,7 +375,7 @@ def test_stopped_before_a_silent_probe_was_repeated_is_inconclusive():
     assert silent.note == "stopped before it was asked again"
 
 
-def test_what_may_have_been_executed_is_not_repeated():
+def test_what_may_have_been_executed_is_not_repeated() -> None:
     consent = Consent(frozenset({Risk.READ, Risk.PROBE, Risk.MOTION}))
     outcome = ask(
         "bolt?silent=0x16:0x01", [[Probe(Command(0x16, 0x01, bytes(4), SECONDARY))]], consent=consent
@@ -385,7 +385,7 @@ def test_what_may_have_been_executed_is_not_repeated():
     assert len([command for command in outcome.executed if command.did == 0x16]) == 1
 
 
-def test_motors_are_stopped_where_motion_was_allowed():
+def test_motors_are_stopped_where_motion_was_allowed() -> None:
     robot_executed: list[Executed] = []
     robot = FakeRobot(parse_settings("rvr"), on_execute=robot_executed.append)
 
@@ -402,10 +402,10 @@ def test_motors_are_stopped_where_motion_was_allowed():
     assert set(robot_executed[0].payload) == {0}
 
 
-def test_calibration_shows_its_evidence():
+def test_calibration_shows_its_evidence() -> None:
     robot = FakeRobot(parse_settings("bolt-plus"))
 
-    async def work() -> object:
+    async def work() -> NodeProfile:
         codec = CODECS[robot.model.generation]
         policy = Policy(codec.generation, robot.model, DEFAULT, ())
         async with Link(FakeTransport(robot), codec, policy) as link:

@@ -1,6 +1,8 @@
 """What is in flight, on a virtual clock: things end in every order, while somebody waits or nobody does."""
 
 import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -11,15 +13,23 @@ from sphero_probe.link.concurrent import ask_together
 from sphero_probe.probing.inflight import Ended, InFlight
 from tests.support.virtual_clock import run
 
+Ask = Callable[[Callable[[], None]], Coroutine[Any, Any, Any]]
+Way = Callable[[InFlight[Any, Any]], Coroutine[Any, Any, list[Ended[Any, Any]]]]
 
-def in_flight_probes(stamp=lambda: 0):
+
+def in_flight_probes(stamp: Callable[[], int] = lambda: 0) -> InFlight[Any, Any]:
     return InFlight(stamp)
 
 
-def after(seconds, answer="answer", *, sent=1):
+def after(
+    seconds: float,
+    answer: BaseException | str = "answer",
+    *,
+    sent: int = 1,
+) -> Ask:
     """Ask something: it goes out so many times at once, and ends after some seconds."""
 
-    async def ask(before_sending):
+    async def ask(before_sending: Callable[[], None]) -> str:
         for _ in range(sent):
             before_sending()
         await asyncio.sleep(seconds)
@@ -30,10 +40,10 @@ def after(seconds, answer="answer", *, sent=1):
     return ask
 
 
-def steps(count, answer="answer"):
+def steps(count: int, answer: int | str = "answer") -> Ask:
     """Ask something that ends after so many turns of the event loop."""
 
-    async def ask(before_sending):
+    async def ask(before_sending: Callable[[], None]) -> int | str:
         before_sending()
         for _ in range(count):
             await asyncio.sleep(0)
@@ -42,12 +52,12 @@ def steps(count, answer="answer"):
     return ask
 
 
-def items(ended):
+def items(ended: list[Ended[Any, Any]]) -> list[Any]:
     return [end.item for end in ended]
 
 
-def test_what_ends_comes_out_in_order():
-    async def scenario():
+def test_what_ends_comes_out_in_order() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         for item, seconds in (("a", 3.0), ("b", 1.0), ("c", 2.0)):
             flying.start(item, after(seconds, item.upper()))
@@ -61,8 +71,8 @@ def test_what_ends_comes_out_in_order():
     run(scenario())
 
 
-def test_what_ended_while_nobody_waited_comes_out_at_once():
-    async def scenario():
+def test_what_ended_while_nobody_waited_comes_out_at_once() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         for item in range(5):
             flying.start(item, after(5.0 - item))
@@ -77,8 +87,8 @@ def test_what_ended_while_nobody_waited_comes_out_at_once():
     run(scenario())
 
 
-def test_all_waits_for_what_was_started_meanwhile():
-    async def scenario():
+def test_all_waits_for_what_was_started_meanwhile() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         flying.start("first", after(1.0))
         waiting = asyncio.create_task(flying.all())
@@ -89,18 +99,18 @@ def test_all_waits_for_what_was_started_meanwhile():
     run(scenario())
 
 
-def test_how_many_have_not_gone_out():
-    async def scenario():
+def test_how_many_have_not_gone_out() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         gate = asyncio.Event()
 
-        async def ask(before_sending):
+        async def ask(before_sending: Callable[[], None]) -> None:
             await gate.wait()
             before_sending()
             await asyncio.sleep(1.0)
             before_sending()
 
-        async def never_sent(before_sending):
+        async def never_sent(before_sending: Callable[[], None]) -> None:
             await asyncio.sleep(0.5)
 
         flying.start(1, ask)
@@ -130,11 +140,11 @@ def test_how_many_have_not_gone_out():
     ],
 )
 @pytest.mark.parametrize("answer", ["answer", LinkLostError("gone")])
-def test_what_an_end_is_stamped_with(times, stamp, answer):
-    async def scenario():
+def test_what_an_end_is_stamped_with(times: int, stamp: int | None, answer: LinkLostError | str) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes(lambda: int(asyncio.get_running_loop().time()))
 
-        async def ask(before_sending):
+        async def ask(before_sending: Callable[[], None]) -> str:
             for _ in range(times):
                 await asyncio.sleep(1.0)
                 before_sending()
@@ -149,8 +159,8 @@ def test_what_an_end_is_stamped_with(times, stamp, answer):
     run(scenario())
 
 
-def test_a_lost_line_is_a_way_to_end():
-    async def scenario():
+def test_a_lost_line_is_a_way_to_end() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         lost = LinkLostError("torn off")
         flying.start("sent", after(1.0, lost))
@@ -167,8 +177,8 @@ def test_a_lost_line_is_a_way_to_end():
 
 
 @pytest.mark.parametrize("way", [InFlight.some, InFlight.all])
-def test_any_other_error_comes_out_where_somebody_looks(way):
-    async def scenario():
+def test_any_other_error_comes_out_where_somebody_looks(way: Way) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         flying.start("good", after(0.25))
         flying.start("first", after(0.5, ZeroDivisionError("first")))
@@ -183,8 +193,8 @@ def test_any_other_error_comes_out_where_somebody_looks(way):
     run(scenario())
 
 
-def test_an_error_wakes_whoever_waits():
-    async def scenario():
+def test_an_error_wakes_whoever_waits() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         flying.start("bad", after(0.5, ZeroDivisionError()))
         flying.start("slow", after(5.0))
@@ -197,12 +207,12 @@ def test_an_error_wakes_whoever_waits():
 
 
 @pytest.mark.parametrize("turns", range(4))
-def test_closing_gives_everything_up(turns):
-    async def scenario():
+def test_closing_gives_everything_up(turns: int) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         cancelled = []
 
-        async def ask(before_sending):
+        async def ask(before_sending: Callable[[], None]) -> None:
             before_sending()
             try:
                 await asyncio.sleep(1.0)
@@ -228,8 +238,8 @@ def test_closing_gives_everything_up(turns):
 
 @pytest.mark.parametrize("turns", range(4))
 @pytest.mark.parametrize("way", [InFlight.some, InFlight.all])
-def test_closing_ends_the_waiting(way, turns):
-    async def scenario():
+def test_closing_ends_the_waiting(way: Way, turns: int) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         flying.start("thing", after(1.0))
         waiting = asyncio.create_task(way(flying))
@@ -242,8 +252,8 @@ def test_closing_ends_the_waiting(way, turns):
     run(scenario())
 
 
-def test_a_task_that_gives_itself_up_ends_the_waiting():
-    async def scenario():
+def test_a_task_that_gives_itself_up_ends_the_waiting() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         flying.start("given up", after(0.5, asyncio.CancelledError()))
         assert await flying.some() == []
@@ -252,8 +262,8 @@ def test_a_task_that_gives_itself_up_ends_the_waiting():
     run(scenario())
 
 
-def test_who_stops_waiting_loses_nothing():
-    async def scenario():
+def test_who_stops_waiting_loses_nothing() -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         for item in range(3):
             flying.start(item, after(1.0 + item))
@@ -273,8 +283,8 @@ def test_who_stops_waiting_loses_nothing():
     pauses=st.lists(st.integers(0, 5), min_size=1, max_size=6),
     more=st.integers(0, 6),
 )
-def test_nothing_is_lost_and_nothing_comes_twice(turns, pauses, more):
-    async def scenario():
+def test_nothing_is_lost_and_nothing_comes_twice(turns: list[int], pauses: list[int], more: int) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         for item, count in enumerate(turns):
             flying.start(item, steps(count, answer=-item))
@@ -297,8 +307,8 @@ def test_nothing_is_lost_and_nothing_comes_twice(turns, pauses, more):
 
 
 @given(st.lists(st.integers(0, 5), max_size=8))
-def test_all_leaves_nothing(turns):
-    async def scenario():
+def test_all_leaves_nothing(turns: list[int]) -> None:
+    async def scenario() -> None:
         flying = in_flight_probes()
         for item, count in enumerate(turns):
             flying.start(item, steps(count))
@@ -310,12 +320,12 @@ def test_all_leaves_nothing(turns):
     run(scenario())
 
 
-def test_together():
-    async def ask(seconds):
+def test_together() -> None:
+    async def ask(seconds: float) -> float:
         await asyncio.sleep(seconds)
         return seconds
 
-    async def scenario():
+    async def scenario() -> None:
         assert await ask_together(ask(seconds) for seconds in (3.0, 1.0, 2.0)) == [3.0, 1.0, 2.0]
         assert asyncio.get_running_loop().time() == 3.0
         assert await ask_together([]) == []
@@ -323,10 +333,10 @@ def test_together():
     run(scenario())
 
 
-def test_together_one_error_gives_up_the_others():
+def test_together_one_error_gives_up_the_others() -> None:
     ended = []
 
-    async def ask(seconds, error=None):
+    async def ask(seconds: float, error: LinkLostError | ValueError | None = None) -> None:
         try:
             await asyncio.sleep(seconds)
             if error:
@@ -334,7 +344,7 @@ def test_together_one_error_gives_up_the_others():
         finally:
             ended.append(seconds)
 
-    async def scenario():
+    async def scenario() -> None:
         with pytest.raises(LinkLostError, match="torn off"):
             await ask_together(
                 [ask(9.0), ask(1.0, LinkLostError("torn off")), ask(1.0, ValueError()), ask(8.0)]
@@ -345,16 +355,16 @@ def test_together_one_error_gives_up_the_others():
     run(scenario())
 
 
-def test_together_is_given_up_as_one():
+def test_together_is_given_up_as_one() -> None:
     ended = []
 
-    async def ask(seconds):
+    async def ask(seconds: float) -> None:
         try:
             await asyncio.sleep(seconds)
         finally:
             ended.append(asyncio.get_running_loop().time())
 
-    async def scenario():
+    async def scenario() -> None:
         both = asyncio.create_task(ask_together([ask(5.0), ask(6.0)]))
         await asyncio.sleep(0.5)
         both.cancel()

@@ -98,7 +98,7 @@ UNMEASURED = pytest.mark.unmeasured
 @pytest.mark.parametrize(
     "group", [*range(4), *(pytest.param(group, marks=UNMEASURED) for group in range(4, GROUPS))]
 )
-def test_every_finding_is_true_or_says_inconclusive(group):
+def test_every_finding_is_true_or_says_inconclusive(group: int) -> None:
     for index in range(group, ROBOTS, GROUPS):
         settings = random_robot(random.Random(index))
         robot, records, executed = ask(settings, timeout=1.0 if index % 8 == 0 else None)
@@ -131,7 +131,7 @@ def test_every_finding_is_true_or_says_inconclusive(group):
     "index",
     [*range(1000, 1004), *(pytest.param(index, marks=UNMEASURED) for index in range(1004, 1012))],
 )
-def test_a_full_discovery_is_true_too(index):
+def test_a_full_discovery_is_true_too(index: int) -> None:
     settings = random_robot(random.Random(index))
     robot, records, executed = ask(settings, whole=True)
     truth = {(fact.node, fact.did, fact.cid) for fact in robot.truth()}
@@ -147,7 +147,7 @@ def test_a_full_discovery_is_true_too(index):
     assert {command.risk for command in executed if not is_stop(command)} <= {Risk.READ}, settings
 
 
-def test_the_same_robot_gives_the_same_run():
+def test_the_same_robot_gives_the_same_run() -> None:
     settings = random_robot(random.Random(3))
     first, second = ask(settings)[1], ask(settings)[1]
     words = [(f.number, f.outcome, f.code_name) for f in first if isinstance(f, Finding)]

@@ -3,7 +3,9 @@
 import itertools
 import signal
 import threading
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -11,7 +13,8 @@ from hypothesis import strategies as st
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.errors import BadInputFileError
-from sphero_probe.probing.plan import Plan, Probe, sweep
+from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.plan import Plan, Probe, Stage, sweep
 from sphero_probe.probing.plans import loader as plan_module
 from sphero_probe.probing.plans.loader import MAX_FILE, MAX_PROBES, MAX_STAGES, load_plan, probes_of
 from sphero_probe.probing.plans.shipped import find_plan, plan_files, plans_folder
@@ -23,18 +26,19 @@ IMPORTS = (
     "from sphero_probe.protocol.packets import Command"
 )
 PLANS = plan_files()
+Write = Callable[..., Path]
 
 
 @pytest.fixture
-def impatient(monkeypatch):
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_module, "MAX_SECONDS", 0.05)
 
 
 @pytest.fixture
-def write(tmp_path):
+def write(tmp_path: Path) -> Write:
     """Write a plan file; its first line imports what a plan needs."""
 
-    def written(source, name="mine.py"):
+    def written(source: bytes | str, name: str = "mine.py") -> Path:
         path = tmp_path / name
         path.write_bytes(source if isinstance(source, bytes) else f"{IMPORTS}\n{source}".encode())
         return path
@@ -42,16 +46,16 @@ def write(tmp_path):
     return written
 
 
-def plan_of(*stages):
+def plan_of(*stages: Stage) -> Plan:
     return Plan("made", "in memory", stages)
 
 
-def line_of(source):
+def line_of(source: str) -> int | None:
     """The number of the line that is marked ``# here``, None where none is."""
     return next((at for at, line in enumerate(source.splitlines(), 2) if line.endswith("# here")), None)
 
 
-def assert_says(error, path, line, said):
+def assert_says(error: BadInputFileError, path: Path, line: int | None, said: str) -> None:
     where = f"{path}:{line}: " if line else f"{path}: "
     assert str(error).startswith(where)
     assert said in str(error)
@@ -59,14 +63,14 @@ def assert_says(error, path, line, said):
     assert error.exit_code == 8
 
 
-def test_a_plan_file(write):
+def test_a_plan_file(write: Write) -> None:
     path = write('PLAN = Plan("mine", "my own", [[Probe(Command(0x13, 0x10))]], robots=("bolt", "mini"))')
     plan = load_plan(path)
     assert plan == Plan("mine", "my own", [[Probe(BATTERY)]], ("bolt", "mini"), path)
     assert probes_of(plan, plan.stages[0], ()) == [Probe(BATTERY)]
 
 
-def test_a_plan_file_is_ordinary_python(write):
+def test_a_plan_file_is_ordinary_python(write: Write) -> None:
     path = write(
         "import math\n"
         "ids = [0x10 + step for step in range(3)]\n"
@@ -79,7 +83,7 @@ def test_a_plan_file_is_ordinary_python(write):
     assert (plan.name, plan.summary) == ("probe_plan_mine", str(path))
     reads, rest = plan.stages
     assert [probe.command.cid for probe in probes_of(plan, reads, ())] == [0x10, 0x11, 0x12]
-    findings = (object(), object())
+    findings: Any = (object(), object())
     assert probes_of(plan, rest, findings) == [
         Probe(Command(0x13, cid, b"\x02\x01"), exact=True) for cid in (0x10, 0x11, 0x12)
     ]
@@ -157,7 +161,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("source", "said"), BROKEN)
-def test_a_broken_plan_file(write, source, said):
+def test_a_broken_plan_file(write: Write, source: str, said: str) -> None:
     path = write(source)
     with pytest.raises(BadInputFileError) as caught:
         load_plan(path)
@@ -182,7 +186,7 @@ def test_a_broken_plan_file(write, source, said):
     ],
 )
 @pytest.mark.usefixtures("impatient")
-def test_a_plan_file_that_does_not_end(write, source):
+def test_a_plan_file_that_does_not_end(write: Write, source: str) -> None:
     path = write(source)
     with pytest.raises(BadInputFileError, match=r"still running after 0\.05 s") as caught:
         load_plan(path)
@@ -193,7 +197,7 @@ def test_a_plan_file_that_does_not_end(write, source):
 
 
 @pytest.mark.usefixtures("impatient")
-def test_an_object_that_takes_for_ever_to_show_itself(write):
+def test_an_object_that_takes_for_ever_to_show_itself(write: Write) -> None:
     path = write(
         "import time\n"
         "class Slow:\n"
@@ -224,7 +228,7 @@ def test_an_object_that_takes_for_ever_to_show_itself(write):
         pytest.param(b"#" * (MAX_FILE + 1), f"larger than {MAX_FILE} bytes", id="huge"),
     ],
 )
-def test_a_file_that_is_no_plan(write, content, said):
+def test_a_file_that_is_no_plan(write: Write, content: bytes, said: str) -> None:
     path = write(content)
     with pytest.raises(BadInputFileError) as caught:
         load_plan(path)
@@ -233,20 +237,20 @@ def test_a_file_that_is_no_plan(write, content, said):
     assert said in str(caught.value)
 
 
-def test_the_largest_plan_file(write):
+def test_the_largest_plan_file(write: Write) -> None:
     source = IMPORTS.encode() + b"\nPLAN = Plan('a', 'b', [])\n"
     assert load_plan(write(source + b"#" * (MAX_FILE - len(source)))).name == "a"
 
 
 @given(st.binary(max_size=80))
-def test_rubbish_is_no_plan(tmp_path_factory, content):
+def test_rubbish_is_no_plan(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "rubbish.py"
     path.write_bytes(content)
     with pytest.raises(BadInputFileError, match=r"rubbish\.py"):
         load_plan(path)
 
 
-def test_a_missing_file(tmp_path):
+def test_a_missing_file(tmp_path: Path) -> None:
     path = tmp_path / "missing.py"
     with pytest.raises(BadInputFileError, match="No such file") as caught:
         load_plan(path)
@@ -254,26 +258,26 @@ def test_a_missing_file(tmp_path):
     assert "plan list" in caught.value.hint
 
 
-def test_a_directory(tmp_path):
+def test_a_directory(tmp_path: Path) -> None:
     with pytest.raises(BadInputFileError, match="directory") as caught:
         load_plan(tmp_path)
     assert_says(caught.value, tmp_path, None, "directory")
 
 
-def test_a_plan_that_loads_another_plan(write):
+def test_a_plan_that_loads_another_plan(write: Write) -> None:
     imports = "from sphero_probe.probing.plans.shipped import find_plan\n"
     assert load_plan(write(f"{imports}PLAN = find_plan('power')")).name == "power"
     with pytest.raises(BadInputFileError, match=r"^no_such_plan: no such plan$"):
         load_plan(write(f"{imports}PLAN = find_plan('no_such_plan')"))
 
 
-def test_ctrl_c_in_a_plan_is_ctrl_c(write):
+def test_ctrl_c_in_a_plan_is_ctrl_c(write: Write) -> None:
     with pytest.raises(KeyboardInterrupt):
         load_plan(write("raise KeyboardInterrupt"))
 
 
-def test_the_alarm_clock_is_left_as_it_was(write):
-    def ring(*_):
+def test_the_alarm_clock_is_left_as_it_was(write: Write) -> None:
+    def ring(*_: object) -> None:
         pytest.fail("rang too late")
 
     before = signal.signal(signal.SIGALRM, ring)
@@ -287,11 +291,11 @@ def test_the_alarm_clock_is_left_as_it_was(write):
         signal.signal(signal.SIGALRM, before)
 
 
-def test_loading_in_a_thread(write):
+def test_loading_in_a_thread(write: Write) -> None:
     good, bad = write("PLAN = Plan('a', 'b', [])"), write("raise ValueError('no good')", "bad.py")
     ends = []
 
-    def load():
+    def load() -> None:
         ends.append(load_plan(good).name)
         try:
             load_plan(bad)
@@ -304,7 +308,7 @@ def test_loading_in_a_thread(write):
     assert ends == ["a", f"{bad}:2: ValueError: no good"]
 
 
-def test_without_an_alarm_clock(write, monkeypatch):
+def test_without_an_alarm_clock(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(signal, "setitimer")
     assert load_plan(write("PLAN = Plan('a', 'b', [])")).name == "a"
 
@@ -360,7 +364,7 @@ def test_without_an_alarm_clock(write, monkeypatch):
         pytest.param(f"{LEAVES_WHEN_SHOWN}stage = [Shy()]", "not a Probe", id="exits when shown"),
     ],
 )
-def test_a_broken_stage(write, stage, said):
+def test_a_broken_stage(write: Write, stage: str, said: str) -> None:
     source = f"{stage}\nPLAN = Plan('a', 'b', [[Probe(Command(0x13, 0x10))], stage])"
     path = write(source)
     plan = load_plan(path)
@@ -384,7 +388,7 @@ def test_a_broken_stage(write, stage, said):
     ],
 )
 @pytest.mark.usefixtures("impatient")
-def test_a_stage_that_does_not_end(write, stage):
+def test_a_stage_that_does_not_end(write: Write, stage: str) -> None:
     path = write(f"{stage}\nPLAN = Plan('a', 'b', [stage])")
     plan = load_plan(path)
     with pytest.raises(BadInputFileError, match=r"still running after 0\.05 s") as caught:
@@ -392,18 +396,20 @@ def test_a_stage_that_does_not_end(write, stage):
     assert str(caught.value).startswith(f"{path}:")
 
 
-def test_a_plan_built_in_memory_names_itself():
-    def broken(_):
+def test_a_plan_built_in_memory_names_itself() -> None:
+    no_probes: Any = [3]
+
+    def broken(_: Sequence[Finding]) -> list[Probe]:
         raise ValueError("no good")
 
     with pytest.raises(BadInputFileError, match=r"^plan: ValueError: no good$"):
         probes_of(plan_of(broken), broken, ())
     with pytest.raises(BadInputFileError, match=r"^made: a stage holds 3, not a Probe$"):
-        probes_of(plan_of([3]), [3], ())
+        probes_of(plan_of(no_probes), no_probes, ())
 
 
 @pytest.mark.unmeasured
-def test_the_largest_stage():
+def test_the_largest_stage() -> None:
     stage = list(sweep(range(256), range(256))) * 4
     assert len(stage) == MAX_PROBES
     assert probes_of(plan_of(stage), stage, ()) == stage
@@ -411,7 +417,7 @@ def test_the_largest_stage():
         probes_of(plan_of(stage), [*stage, stage[0]], ())
 
 
-def test_what_stands_in_a_probe_may_be_anything_that_fits():
+def test_what_stands_in_a_probe_may_be_anything_that_fits() -> None:
     stage = [
         Probe(Command(0x00, 0xFF, b"", None)),
         Probe(Command(0xFF, 0x00, bytes(40), 0x00), exact=True),
@@ -423,7 +429,7 @@ def test_what_stands_in_a_probe_may_be_anything_that_fits():
     assert probes_of(plan_of(), (), ()) == []
 
 
-def test_sweeping():
+def test_sweeping() -> None:
     assert list(sweep([0x13, 0x1A], [0x00, 0x10])) == [
         Probe(Command(did, cid)) for did, cid in itertools.product([0x13, 0x1A], [0x00, 0x10])
     ]
@@ -437,14 +443,14 @@ def test_sweeping():
 EACH_SHIPPED = pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in PLANS])
 
 
-def test_the_shelf():
+def test_the_shelf() -> None:
     assert plans_folder().is_dir()
     assert len(PLANS) >= 3
     assert sorted(PLANS) == PLANS
     assert all(path.parent == plans_folder() and path.suffix == ".py" for path in PLANS)
 
 
-def test_the_shelf_of_an_installed_package(monkeypatch, tmp_path):
+def test_the_shelf_of_an_installed_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     from sphero_probe.probing.plans import shipped as shelf_module
 
     monkeypatch.setattr(shelf_module, "_PACKAGE", tmp_path / "sphero_probe")
@@ -459,7 +465,7 @@ def test_the_shelf_of_an_installed_package(monkeypatch, tmp_path):
 
 
 @EACH_SHIPPED
-def test_a_shipped_plan_loads(path):
+def test_a_shipped_plan_loads(path: Path) -> None:
     plan = load_plan(path)
     assert plan.name == path.stem
     assert plan.summary
@@ -476,12 +482,16 @@ def test_a_shipped_plan_loads(path):
 @pytest.mark.parametrize(
     "form", ["{stem}", "{stem}.py", "probe_plans/{stem}.py", "probe_plans/{stem}", "{path}"]
 )
-def test_a_shipped_plan_is_found(path, form, monkeypatch, tmp_path):
+def test_a_shipped_plan_is_found(
+    path: Path, form: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert find_plan(form.format(stem=path.stem, path=path)).file == path
 
 
-def test_a_file_comes_before_a_plan_of_the_same_name(write, monkeypatch, tmp_path):
+def test_a_file_comes_before_a_plan_of_the_same_name(
+    write: Write, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     write("PLAN = Plan('mine', 'b', [])", "power.py")
     monkeypatch.chdir(tmp_path)
     assert find_plan("power.py").name == "mine"
@@ -504,7 +514,7 @@ def test_a_file_comes_before_a_plan_of_the_same_name(write, monkeypatch, tmp_pat
         pytest.param("\x1b[31mpower", id="escape sequence"),
     ],
 )
-def test_a_plan_that_is_not_there(text, monkeypatch, tmp_path):
+def test_a_plan_that_is_not_there(text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(BadInputFileError) as caught:
         find_plan(text)
@@ -512,7 +522,7 @@ def test_a_plan_that_is_not_there(text, monkeypatch, tmp_path):
     assert "power" in caught.value.hint
 
 
-def test_a_broken_plan_is_found_broken(write):
+def test_a_broken_plan_is_found_broken(write: Write) -> None:
     path = write("raise ValueError('no good')")
     with pytest.raises(BadInputFileError, match=":2: ValueError: no good"):
         find_plan(str(path))

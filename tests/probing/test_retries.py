@@ -1,5 +1,6 @@
 """How often silence is asked again, and what it is called in the end: losses in, words out."""
 
+from collections.abc import Sequence
 from math import ceil, log
 
 import pytest
@@ -31,11 +32,11 @@ SILENT = Silent(COMMAND, 7, b"sent", 1.0)
 ANSWERED = Answered(COMMAND, 7, b"sent", Response(7, 0x00, b"", 0x13, 0x10), b"received", 2.0)
 
 
-def asked(risk=Risk.PROBE):
+def asked(risk: Risk = Risk.PROBE) -> PreparedProbe:
     return PreparedProbe(1, COMMAND, risk, None, "")
 
 
-def loss(learned=(), probes=0):
+def loss(learned: Sequence[int] = (), probes: int = 0) -> LossEstimate:
     made = LossEstimate()
     made.probes = probes
     for attempts in learned:
@@ -47,52 +48,54 @@ ATTEMPTS = st.lists(st.integers(1, 12), max_size=60)
 PROBES = st.integers(0, 100_000)
 
 
-def test_before_anything_is_known():
+def test_before_anything_is_known() -> None:
     assert LEAST_ATTEMPTS <= loss().attempts_wanted <= MOST_ATTEMPTS
     assert loss(probes=1000).attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 1 / _DOUBT))
 
 
-def test_a_line_that_loses_nothing():
+def test_a_line_that_loses_nothing() -> None:
     assert loss([1] * 10_000, probes=1).attempts_wanted == LEAST_ATTEMPTS
 
 
-def test_a_line_that_loses_half():
+def test_a_line_that_loses_half() -> None:
     """Half of all lost: each attempt halves the doubt, and 1000 probes want a thousandth of a thousandth."""
     lossy = loss([2] * 10_000, probes=1000)
     assert lossy.attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 0.5))
 
 
-def test_a_line_that_loses_nearly_everything_is_beyond_reason():
+def test_a_line_that_loses_nearly_everything_is_beyond_reason() -> None:
     assert loss([12] * 1000, probes=1000).attempts_wanted > MOST_ATTEMPTS
 
 
 @given(ATTEMPTS, PROBES)
-def test_attempts_wanted_have_bounds(learned, probes):
+def test_attempts_wanted_have_bounds(learned: list[int], probes: int) -> None:
     wanted = loss(learned, probes).attempts_wanted
     assert isinstance(wanted, int)
     assert LEAST_ATTEMPTS <= wanted < 10_000
 
 
 @given(ATTEMPTS.filter(bool), st.integers(0, 59), PROBES)
-def test_the_more_is_lost_the_more_attempts_are_wanted(learned, place, probes):
+def test_the_more_is_lost_the_more_attempts_are_wanted(learned: list[int], place: int, probes: int) -> None:
     worse = [attempts + (number == place % len(learned)) for number, attempts in enumerate(learned)]
     assert loss(worse, probes).attempts_wanted >= loss(learned, probes).attempts_wanted
 
 
 @given(ATTEMPTS, st.integers(1, 50), PROBES)
-def test_answers_at_the_first_attempt_want_no_more_attempts(learned, count, probes):
+def test_answers_at_the_first_attempt_want_no_more_attempts(
+    learned: list[int], count: int, probes: int
+) -> None:
     better = [*learned, *[1] * count]
     assert loss(better, probes).attempts_wanted <= loss(learned, probes).attempts_wanted
 
 
 @given(ATTEMPTS, PROBES, PROBES)
-def test_the_more_probes_the_more_attempts_are_wanted(learned, some, others):
+def test_the_more_probes_the_more_attempts_are_wanted(learned: list[int], some: int, others: int) -> None:
     few, many = sorted((some, others))
     assert loss(learned, few).attempts_wanted <= loss(learned, many).attempts_wanted
 
 
 @given(st.integers(0, 90), st.integers(1, 20_000))
-def test_as_many_attempts_as_make_false_silences_rare(percent_lost, probes):
+def test_as_many_attempts_as_make_false_silences_rare(percent_lost: int, probes: int) -> None:
     """The reason for it all: of commands that are answered, hardly one is silent so often in a whole run."""
     answered, lost = 10_000, round(10_000 * percent_lost / (100 - percent_lost))
     each, over = divmod(lost, answered)
@@ -104,7 +107,9 @@ def test_as_many_attempts_as_make_false_silences_rare(percent_lost, probes):
 
 
 @given(ATTEMPTS, PROBES, st.integers(0, 20), st.integers(1, 20))
-def test_when_asking_again_tells_nothing_new(learned, probes, confirmed, attempts):
+def test_when_asking_again_tells_nothing_new(
+    learned: list[int], probes: int, confirmed: int, attempts: int
+) -> None:
     known = loss(learned, probes)
     unanswered = SilentProbe(asked(), SILENT, attempts, confirmed)
     enough = confirmed >= known.attempts_wanted
@@ -132,7 +137,7 @@ SURE, UNSURE = 1000, 0
         pytest.param(SURE, Risk.READ, NOT_ITSELF, "", NOT_ITSELF, id="given up"),
     ],
 )
-def test_the_last_word(confirmed, risk, doubt, interrupted, word):
+def test_the_last_word(confirmed: int, risk: Risk, doubt: str, interrupted: str, word: str) -> None:
     unanswered = SilentProbe(asked(risk), SILENT, 3, confirmed, None, doubt)
     assert unanswered.last_word(loss(), interrupted) == SettledProbe(
         asked(risk), ProbeResult(SILENT, 3), word
@@ -142,12 +147,12 @@ def test_the_last_word(confirmed, risk, doubt, interrupted, word):
 @pytest.mark.parametrize("confirmed", [SURE, UNSURE])
 @pytest.mark.parametrize("doubt", ["", NOT_ITSELF])
 @pytest.mark.parametrize("interrupted", ["", STOPPED])
-def test_a_belated_answer_is_the_last_word(confirmed, doubt, interrupted):
+def test_a_belated_answer_is_the_last_word(confirmed: int, doubt: str, interrupted: str) -> None:
     unanswered = SilentProbe(asked(), SILENT, 3, confirmed, ANSWERED, doubt)
     assert unanswered.last_word(loss(), interrupted) == SettledProbe(asked(), ProbeResult(ANSWERED, 3))
 
 
-def test_a_probe_of_which_nothing_is_known():
+def test_a_probe_of_which_nothing_is_known() -> None:
     probe = asked()
     assert silence(probe) == Silent(COMMAND, 0, b"", 0.0)
     assert no_result(probe, 2) == ProbeResult(silence(probe), 2)

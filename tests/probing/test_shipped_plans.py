@@ -1,17 +1,19 @@
 """Every shipped plan is run against every fake robot it is meant for, and executes reads only."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.probing.plans.shipped import find_plan, plan_files
 from sphero_probe.protocol.packets import Generation
+from tests.support.cli import Cli
 
 PLANS = [file.stem for file in plan_files()]
 
 
-def test_the_promised_plans_are_there():
+def test_the_promised_plans_are_there() -> None:
     assert PLANS == [
         "bolt_plus",
         "hello",
@@ -27,7 +29,7 @@ def test_the_promised_plans_are_there():
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("name", PLANS)
-def test_it_runs_and_executes_reads_only(cli, name, tmp_path):
+def test_it_runs_and_executes_reads_only(cli: Cli, name: str, tmp_path: Path) -> None:
     second = tuple(key for key, robot in ROBOTS.items() if robot.generation is Generation.V2)
     for key in find_plan(name).robots or second:
         ledger = tmp_path / f"{key}.jsonl"
@@ -42,13 +44,13 @@ def test_it_runs_and_executes_reads_only(cli, name, tmp_path):
         assert {command["risk"] for command in executed} == {"read"}
 
 
-def test_a_plan_for_other_robots_says_so(cli):
+def test_a_plan_for_other_robots_says_so(cli: Cli) -> None:
     ran = cli("sweep", "--plan", "v1_core", "--device", "fake:bolt", "--format", "plain")
     assert ran.code == 0
     assert "meant for sphero" in ran.err
 
 
-def test_bolt_plus_shows_bad_target_for_node_0x12(cli):
+def test_bolt_plus_shows_bad_target_for_node_0x12(cli: Cli) -> None:
     ran = cli(
         "sweep", "--plan", "probe_plans/bolt_plus.py", "--device", "fake:bolt-plus", "--format", "jsonl"
     )
@@ -61,7 +63,7 @@ def test_bolt_plus_shows_bad_target_for_node_0x12(cli):
     assert all("not asked" in finding["note"] for finding in primary if finding["outcome"] == "skipped")
 
 
-def test_self_description_asks_about_what_the_robot_claims(cli, tmp_path):
+def test_self_description_asks_about_what_the_robot_claims(cli: Cli, tmp_path: Path) -> None:
     truth = tmp_path / "truth.jsonl"
     ran = cli(
         "sweep", "--plan", "self_description", "--device", f"fake:rvr?truth={truth}", "--format", "jsonl"
@@ -73,7 +75,7 @@ def test_self_description_asks_about_what_the_robot_claims(cli, tmp_path):
     assert [finding["cid"] for finding in findings[1:]] == [6] * len(claimed)
 
 
-def test_a_plan_of_which_devices_tells_them_apart(cli, tmp_path):
+def test_a_plan_of_which_devices_tells_them_apart(cli: Cli, tmp_path: Path) -> None:
     truth = tmp_path / "truth.jsonl"
     ran = cli("sweep", "--plan", "which_devices", "--device", f"fake:bolt?truth={truth}", "--format", "jsonl")
     findings = [json.loads(line) for line in ran.out.splitlines() if '"type": "finding"' in line]

@@ -4,7 +4,7 @@
 """
 
 import os
-from itertools import pairwise
+from collections.abc import Callable
 from random import Random
 from timeit import repeat
 
@@ -16,7 +16,6 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
-    Malformed,
     Notification,
     Request,
     Response,
@@ -27,6 +26,7 @@ from sphero_probe.protocol.v1_frames import MAX_FRAME as V1_MAX_FRAME
 from sphero_probe.protocol.v2 import V2
 from sphero_probe.protocol.v2_frames import MAX_FRAME as V2_MAX_FRAME
 from tests.support import reference_decoder, reference_decoder_v1
+from tests.support.pieces import Sound, decoded, pieces_of, sound
 
 STREAMS = int(os.environ.get("AGREE_STREAMS", "8000"))
 SEED = int(os.environ.get("AGREE_SEED", "1"))
@@ -34,11 +34,11 @@ LENGTHS = (0, 0, 1, 2, 3, 5, 8, 13, 21, 40)
 SPECIAL = (0x8D, 0xAB, 0xD8, 0x05, 0x23, 0x50, 0xFF, 0xFE, 0x00)
 
 
-def some_bytes(random, length):
+def some_bytes(random: Random, length: int) -> bytes:
     return bytes(random.choice((random.choice(SPECIAL), random.randrange(256))) for _ in range(length))
 
 
-def v2_frames(random, count):
+def v2_frames(random: Random, count: int) -> list[bytes]:
     """Frames of every shape: with and without addresses, extended, long, full of escapes."""
     frames = []
     for _ in range(count):
@@ -61,7 +61,7 @@ def v2_frames(random, count):
     return frames
 
 
-def v1_frames(random, count):
+def v1_frames(random: Random, count: int) -> list[bytes]:
     """Frames of every kind, with false starts in their payloads."""
     frames = []
     for _ in range(count):
@@ -77,7 +77,7 @@ def v1_frames(random, count):
     return [*frames, V1.encode_response(Response(1, 0, some_bytes(random, 254)))]
 
 
-def damaged_stream(random, frames, most):
+def damaged_stream(random: Random, frames: list[bytes], most: int) -> bytes:
     """Frames back to back; in most streams some bytes were changed, lost, doubled or came in between."""
     stream = bytearray().join(random.choices(frames, k=random.randrange(1, most)))
     for _ in range(random.choice((0, 1, 1, 2, 5))):
@@ -94,14 +94,14 @@ def damaged_stream(random, frames, most):
     return bytes(stream)
 
 
-def sound_packets(generation, role, pieces):
-    decoder = CODECS[generation].decoder(role)
-    packets = [packet for piece in pieces for packet in decoder.feed(piece)] + decoder.give_up()
+def sound_packets(generation: Generation, role: Role, pieces: list[bytes]) -> list[Sound]:
+    packets = decoded(CODECS[generation], pieces, role)
     assert b"".join(map(CODECS[generation].frame_of, packets)) == b"".join(pieces)
-    return [packet for packet in packets if not isinstance(packet, Malformed)]
+    return sound(packets)
 
 
-def v2_content(packet):
+def v2_content(packet: Sound) -> tuple[bytes | int | None, ...]:
+    code: int | None
     match packet:
         case Request(Command(did, cid, payload, target), seq, source, flags):
             code = None
@@ -113,7 +113,7 @@ def v2_content(packet):
     return (flags & 0xFF, extension, target, source, did, cid, seq, code, payload)
 
 
-def v1_content(packet):
+def v1_content(packet: Sound) -> tuple[str, int, tuple[int, ...], bytes]:
     match packet:
         case Request(Command(did, cid, payload), seq, _, flags):
             return (reference_decoder_v1.COMMAND, flags, (did, cid, seq), payload)
@@ -123,8 +123,8 @@ def v1_content(packet):
             return (reference_decoder_v1.ASYNC, flags, (cid,), payload)
 
 
-def assert_agreement(generation, role, stream, cuts):
-    pieces = [stream[start:end] for start, end in pairwise([0, *sorted(cuts), len(stream)])]
+def assert_agreement(generation: Generation, role: Role, stream: bytes, cuts: list[int]) -> int:
+    pieces = pieces_of(stream, cuts)
     packets = sound_packets(generation, role, pieces)
     if generation is Generation.V2:
         assert [*map(v2_content, packets)] == reference_decoder.frames_in(stream, V2_MAX_FRAME)
@@ -143,7 +143,9 @@ def assert_agreement(generation, role, stream, cuts):
         pytest.param(Generation.V1, v1_frames, 4, 2, id="v1"),
     ],
 )
-def test_on_random_damaged_streams(generation, frames, most, share):
+def test_on_random_damaged_streams(
+    generation: Generation, frames: Callable[[Random, int], list[bytes]], most: int, share: int
+) -> None:
     random = Random(f"{SEED} {generation} {most}")
     known = frames(random, 400)
     roles = tuple(Role)
@@ -156,7 +158,9 @@ def test_on_random_damaged_streams(generation, frames, most, share):
 
 
 @given(st.data(), st.sampled_from(Role), st.sampled_from(Generation))
-def test_on_streams_that_hypothesis_thinks_of(data, role, generation):
+def test_on_streams_that_hypothesis_thinks_of(
+    data: st.DataObject, role: Role, generation: Generation
+) -> None:
     frames = {Generation.V1: v1_frames, Generation.V2: v2_frames}[generation](Random(7), 20)
     parts = st.sampled_from(frames) | st.lists(st.sampled_from(SPECIAL), max_size=8).map(bytes)
     stream = b"".join(data.draw(st.lists(parts | st.binary(max_size=12), max_size=12)))
@@ -165,7 +169,7 @@ def test_on_streams_that_hypothesis_thinks_of(data, role, generation):
 
 
 @pytest.mark.parametrize("length", [*range(245, 262), 510, 511, 512, 513, 1024])
-def test_sums_that_adler32_cannot_tell(length):
+def test_sums_that_adler32_cannot_tell(length: int) -> None:
     random = Random(length)
     for filling in (b"\xff", b"\xfe", b"\x00"):
         frame = bytearray(V2.encode_notification(Notification(0x18, 2, filling * length, 1, None, 0xFF, 8)))
@@ -178,7 +182,7 @@ def test_sums_that_adler32_cannot_tell(length):
 
 
 @pytest.mark.unmeasured
-def test_the_quick_decoder_is_ten_times_as_quick_as_the_plain_one():
+def test_the_quick_decoder_is_ten_times_as_quick_as_the_plain_one() -> None:
     random = Random(3)
     stream = b"".join(
         V2.encode_notification(Notification(0x18, 2, random.randbytes(24), 1, None, 0xFF, 8))
@@ -186,7 +190,7 @@ def test_the_quick_decoder_is_ten_times_as_quick_as_the_plain_one():
     )
     assert len(V2.decoder(Role.HOST).feed(stream)) == len(reference_decoder.frames_in(stream, V2_MAX_FRAME))
 
-    def quickest(run):
+    def quickest(run: Callable[[], object]) -> float:
         return min(repeat(run, number=1, repeat=3))
 
     ratios = [

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sphero_probe.reports.rows import finding_row, heading_row
+from sphero_probe.reports.rows import Row, finding_row, heading_row
 from tests.support.reports_by_hand import (
     HEADING,
     answered,
@@ -35,24 +35,24 @@ SOME = [answered(1, 0x13, 0x10, 0x00, b"\x57"), answered(2, 0x13, 0x01, 0x05)]
         ),
     ],
 )
-def test_how_a_run_ends(rows, expected):
+def test_how_a_run_ends(rows: list[Row], expected: str) -> None:
     shown = rendered("table", rows)
     assert shown.splitlines()[-1] == expected
 
 
-def test_a_finished_run_is_not_called_unfinished():
+def test_a_finished_run_is_not_called_unfinished() -> None:
     shown = rendered("table", run_of(SOME))
     assert "Stopped" not in shown
     assert "Cut off" not in shown
 
 
-def test_findings_without_a_run_need_no_end():
+def test_findings_without_a_run_need_no_end() -> None:
     shown = rendered("table", [finding_row(SOME[0])])
     assert "node 0x11  0x13:0x10  get_battery_percentage  success: percentage 87 %  31.2" in shown
     assert "Cut off" not in shown
 
 
-def test_strictness_comes_from_the_heading_where_no_note_tells_it():
+def test_strictness_comes_from_the_heading_where_no_note_tells_it() -> None:
     heading = heading_row(
         HEADING._replace(strictness={"primary": "strict", "secondary": "unknown"}, firmware={})
     )

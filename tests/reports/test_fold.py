@@ -24,22 +24,22 @@ from tests.support.reports_by_hand import (
         ),
     ],
 )
-def test_spans(numbers, expected):
+def test_spans(numbers: list[int], expected: list[str]) -> None:
     assert spans(numbers) == expected
 
 
-def test_devices_that_are_alike_go_together():
+def test_devices_that_are_alike_go_together() -> None:
     pairs = [(did, cid) for did in (0x1D, 0x1E, 0x1F) for cid in range(256)] + [(0x13, 5)]
     assert pair_spans(pairs) == ["0x13:0x05", "0x1d-0x1f:0x00-0xff"]
 
 
 @given(st.sets(st.tuples(st.integers(0, 255), st.integers(0, 255)), max_size=60))
-def test_spans_name_each_pair_and_no_other(pairs):
+def test_spans_name_each_pair_and_no_other(pairs: set[tuple[int, int]]) -> None:
     assert expanded(", ".join(pair_spans(pairs))) == pairs
 
 
 @given(st.text(st.sampled_from("ab_.漢 "), max_size=60), st.integers(2, 30))
-def test_fold_keeps_to_the_width_and_loses_nothing_but_blanks(text, width):
+def test_fold_keeps_to_the_width_and_loses_nothing_but_blanks(text: str, width: int) -> None:
     lines = fold(text, width)
     assert max(map(cell_len, lines)) <= width
     assert "".join(lines).replace(" ", "") == text.replace(" ", "")
@@ -56,5 +56,5 @@ def test_fold_keeps_to_the_width_and_loses_nothing_but_blanks(text, width):
         pytest.param("", 10, [""], id="empty"),
     ],
 )
-def test_fold(text, width, lines):
+def test_fold(text: str, width: int, lines: list[str]) -> None:
     assert fold(text, width) == lines

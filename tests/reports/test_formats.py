@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 
@@ -23,6 +24,7 @@ from sphero_probe.transports.base import Seen
 from tests.support.reports_by_hand import (
     ASKED,
     BOLT,
+    FINDING_KEYS,
     HEADING,
     HOSTILE,
     LISTS,
@@ -35,7 +37,7 @@ TABULAR = ("table", "plain", "csv")
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_every_row_is_told_in_every_format(form):
+def test_every_row_is_told_in_every_format(form: str) -> None:
     shown = rendered(form, RUN, width=120)
     for pair in ((0x13, 0x10), (0x13, 0x99), (0x13, 0x97), (0x13, 0x00), (0x13, 0x25), (0x10, 0x00)):
         if "json" in form:
@@ -51,14 +53,15 @@ def test_every_row_is_told_in_every_format(form):
             )
 
 
-def objects(form: str, shown: str) -> list[dict]:
+def objects(form: str, shown: str) -> list[dict[str, Any]]:
     if form == "json":
-        return json.loads(shown)
+        held: list[dict[str, Any]] = json.loads(shown)
+        return held
     return [json.loads(line) for line in shown.splitlines()]
 
 
 @pytest.mark.parametrize("form", ["json", "jsonl"])
-def test_json_formats_hold_the_rows_as_they_are(form):
+def test_json_formats_hold_the_rows_as_they_are(form: str) -> None:
     held = objects(form, rendered(form, RUN))
     assert list(held[0])[:2] == ["type", "schema_version"]
     assert held[0].pop("schema_version") == 2
@@ -66,12 +69,12 @@ def test_json_formats_hold_the_rows_as_they_are(form):
     assert [list(one) for one in held] == [["type", *row.data] for row in RUN]
 
 
-def test_both_json_formats_hold_the_same_objects():
+def test_both_json_formats_hold_the_same_objects() -> None:
     assert objects("json", rendered("json", RUN)) == objects("jsonl", rendered("jsonl", RUN))
 
 
 @pytest.mark.parametrize("form", ["json", "jsonl"])
-def test_json_keeps_hostile_text_whole(form):
+def test_json_keeps_hostile_text_whole(form: str) -> None:
     seen = Seen(HOSTILE + "\x7f", None, "AA", 0)
     shown = rendered(form, [robot_row(seen)], views.ROBOTS)
     assert shown.isascii()
@@ -80,7 +83,7 @@ def test_json_keeps_hostile_text_whole(form):
 
 
 @pytest.mark.parametrize("form", ["json", "jsonl"])
-def test_numbers_that_json_does_not_know_are_texts(form):
+def test_numbers_that_json_does_not_know_are_texts(form: str) -> None:
     rows = [
         fact_row(Fact("a", float("nan"))),
         fact_row(Fact("b", [float("inf"), 1.5])),
@@ -90,7 +93,7 @@ def test_numbers_that_json_does_not_know_are_texts(form):
     assert [one["value"] for one in held] == ["nan", ["inf", 1.5], {"d": "-inf"}]
 
 
-def test_jsonl_is_written_as_it_comes():
+def test_jsonl_is_written_as_it_comes() -> None:
     out = io.StringIO()
     report = open_report("jsonl", out, view=views.FINDINGS, style=Style())
     for number, row in enumerate(RUN, 1):
@@ -111,11 +114,11 @@ def test_jsonl_is_written_as_it_comes():
         pytest.param("table", "No robots.\n", id="table"),
     ],
 )
-def test_no_rows_at_all(form, expected):
+def test_no_rows_at_all(form: str, expected: str) -> None:
     assert rendered(form, [], views.ROBOTS) == expected
 
 
-def test_plain_is_one_record_a_line():
+def test_plain_is_one_record_a_line() -> None:
     lines = rendered("plain", RUN).split("\n")
     assert lines.pop() == ""
     assert len(lines) == len(ASKED)
@@ -141,46 +144,28 @@ def test_plain_is_one_record_a_line():
     assert {line.count("\t") for line in lines} == {len(views.FINDINGS.record_columns) - 1}
 
 
-def test_plain_is_never_cut():
+def test_plain_is_never_cut() -> None:
     long = bytes(range(256)) * 4
     (line,) = rendered("plain", [finding_row(answered(1, 0x13, 0x99, 0, long))]).splitlines()
     assert long.hex(" ") in line
 
 
-def test_csv_is_a_table_with_a_header():
+def test_csv_is_a_table_with_a_header() -> None:
     head, *records = csv.reader(io.StringIO(rendered("csv", RUN), newline=""))
-    assert head == [
-        "number",
-        "target",
-        "did",
-        "cid",
-        "name",
-        "risk",
-        "outcome",
-        "confidence",
-        "code",
-        "code_name",
-        "payload",
-        "fields",
-        "sent",
-        "received",
-        "rtt_ms",
-        "attempts",
-        "note",
-    ]
+    assert head == [key for key in FINDING_KEYS if key != "units"]
     assert len(records) == len(ASKED)
     assert dict(zip(head, records[0], strict=True))["payload"] == "57"
     assert dict(zip(head, records[4], strict=True))["note"] == "brick: power.enter_deep_sleep (--allow brick)"
 
 
-def test_csv_holds_no_formula_and_ends_lines_with_lf():
+def test_csv_holds_no_formula_and_ends_lines_with_lf() -> None:
     shown = rendered("csv", [robot_row(Seen('=HYPERLINK("x")', None, "@A,B", -61))], views.ROBOTS)
     assert shown == 'name,model,generation,address,rssi\n"\'=HYPERLINK(""x"")",,,"\'@A,B",-61\n'
 
 
 @pytest.mark.parametrize("form", ["plain", "csv"])
 @pytest.mark.parametrize("name", LISTS)
-def test_record_columns_are_keys_of_the_rows_in_their_order(name, form):
+def test_record_columns_are_keys_of_the_rows_in_their_order(name: str, form: str) -> None:
     view, rows = LISTS[name]
     keys = [column.key for column in view.record_columns]
     order = list(dict.fromkeys(key for row in rows for key in row.data))
@@ -194,7 +179,7 @@ def test_record_columns_are_keys_of_the_rows_in_their_order(name, form):
     assert "BP-1234 ready" in rendered(form, rows, view)
 
 
-def test_other_rows_are_left_out_of_tabular_formats():
+def test_other_rows_are_left_out_of_tabular_formats() -> None:
     for form in TABULAR:
         shown = rendered(
             form, [heading_row(HEADING), robot_row(Seen("SB-1B2C", BOLT, "AA", 0))], views.ROBOTS
@@ -203,12 +188,12 @@ def test_other_rows_are_left_out_of_tabular_formats():
         assert "sweep" not in shown
 
 
-def test_an_unknown_format_is_a_usage_error():
+def test_an_unknown_format_is_a_usage_error() -> None:
     with pytest.raises(UsageError, match="no format 'xml'"):
         rendered("xml", [])
 
 
-def test_nothing_heavy_is_imported_before_a_table_is_chosen():
+def test_nothing_heavy_is_imported_before_a_table_is_chosen() -> None:
     code = (
         "import io, sys\n"
         "from sphero_probe.reports import rows, views\n"

@@ -30,7 +30,7 @@ def assert_harmless(shown: str, form: str, *, color: bool) -> None:
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("color", [False, True], ids=["without colour", "in colour"])
 @pytest.mark.parametrize("unicode", [False, True], ids=["ascii", "unicode"])
-def test_hostile_text_is_harmless(form, color, unicode):
+def test_hostile_text_is_harmless(form: str, color: bool, unicode: bool) -> None:
     for view, rows in hostile_rows(HOSTILE).values():
         shown = rendered(form, rows, view, color=color, unicode=unicode)
         assert_harmless(shown, form, color=color)
@@ -41,14 +41,14 @@ def test_hostile_text_is_harmless(form, color, unicode):
 
 @pytest.mark.unmeasured
 @given(st.text(st.characters(), max_size=30), st.sampled_from(sorted(FORMATS)), st.booleans(), st.booleans())
-def test_no_text_gets_anything_invisible_out(text, form, color, unicode):
+def test_no_text_gets_anything_invisible_out(text: str, form: str, color: bool, unicode: bool) -> None:
     for view, rows in hostile_rows(text).values():
         shown = rendered(form, rows, view, color=color, unicode=unicode)
         assert_harmless(shown, form, color=color)
         assert unicode or shown.isascii()
 
 
-def test_markup_emoji_and_links_stay_text():
+def test_markup_emoji_and_links_stay_text() -> None:
     text = "[bold]b[/bold] [link=http://x]l[/] :smile: http://example.org 'q' 127.0.0.1"
     shown = rendered("table", [robot_row(Seen(text, None, "AA", 0))], views.ROBOTS, width=200, color=True)
     assert text in shown

@@ -26,7 +26,7 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 @pytest.mark.parametrize("width", [60, 80, 120])
 @pytest.mark.parametrize("unicode", [False, True], ids=["ascii", "unicode"])
 @pytest.mark.parametrize("name", LISTS)
-def test_lists_keep_to_the_width(name, width, unicode):
+def test_lists_keep_to_the_width(name: str, width: int, unicode: bool) -> None:
     view, rows = LISTS[name]
     shown = rendered("table", rows, view, width=width, unicode=unicode)
     lines = shown.splitlines()
@@ -35,7 +35,7 @@ def test_lists_keep_to_the_width(name, width, unicode):
     assert unicode or shown.isascii()
 
 
-def test_wide_characters_keep_to_the_width():
+def test_wide_characters_keep_to_the_width() -> None:
     rows = [robot_row(Seen("漢字" * 60, None, "住所" * 40, -61))]
     shown = rendered("table", rows, views.ROBOTS)
     assert max(map(cell_len, shown.splitlines())) <= 80
@@ -43,7 +43,7 @@ def test_wide_characters_keep_to_the_width():
     assert shown.count("住") == 40
 
 
-def test_robots():
+def test_robots() -> None:
     rows = [
         robot_row(Seen("SB-1B2C", BOLT, "AA:BB:CC:DD:EE:FF", -61)),
         robot_row(Seen("evil\x1b[2J\u202e", None, "11:22", -101)),
@@ -57,7 +57,7 @@ def test_robots():
     assert rendered("table", rows, views.ROBOTS, unicode=False).splitlines()[1] == "-" * 69
 
 
-def test_packets():
+def test_packets() -> None:
     rows = [
         packet_row(Request(Command(0x13, 0x10, b"", 0x12), 7, 0x01), V2, b"\x8d\xd8"),
         packet_row(Response(7, 0, b"\x5f", 0x13, 0x10, 0x12), V2, b"\x8d\xd8"),
@@ -72,7 +72,7 @@ def test_packets():
     ]
 
 
-def test_commands_and_one_command():
+def test_commands_and_one_command() -> None:
     (known,) = rows_of(V2, 0x13, 0x03)
     assert "power.get_battery_voltage  read  nothing -> voltage:uint/100[V]" in rendered(
         "table", [command_row(known)], views.COMMANDS
@@ -83,7 +83,7 @@ def test_commands_and_one_command():
     assert any(line.startswith("Known from") and "spherov2" in line for line in one)
 
 
-def test_the_whole_catalogue_fits_and_is_whole():
+def test_the_whole_catalogue_fits_and_is_whole() -> None:
     rows = [command_row(known) for known in all_rows(V2)]
     shown = rendered("table", rows, views.COMMANDS)
     assert max(map(cell_len, shown.splitlines())) <= 80
@@ -92,7 +92,7 @@ def test_the_whole_catalogue_fits_and_is_whole():
     assert all(known.name in wide for known in all_rows(V2))
 
 
-def test_one_finding():
+def test_one_finding() -> None:
     shown = rendered("table", [finding_row(ASKED[0])], views.FINDING).splitlines()
     assert "Name      power.get_battery_percentage" in shown
     assert "Answer    success: percentage 87 %" in shown
@@ -106,7 +106,7 @@ def test_one_finding():
     assert "Sent" not in withheld
 
 
-def test_planned_shows_bytes_and_what_is_withheld():
+def test_planned_shows_bytes_and_what_is_withheld() -> None:
     known = lookup(V2, 0x13, 0x10, BOLT)
     rows = [
         planned_row(
@@ -126,7 +126,7 @@ def test_planned_shows_bytes_and_what_is_withheld():
     assert "persist: unknown (--allow persist)" in shown
 
 
-def test_colour_adds_nothing_but_colour():
+def test_colour_adds_nothing_but_colour() -> None:
     for view, rows in (*LISTS.values(), (views.FINDINGS, RUN)):
         plain = rendered("table", rows, view)
         coloured = rendered("table", rows, view, color=True)
@@ -135,7 +135,7 @@ def test_colour_adds_nothing_but_colour():
         assert [line.rstrip() for line in COLOUR.sub("", coloured).splitlines()] == plain.splitlines()
 
 
-def test_the_environment_changes_nothing(monkeypatch):
+def test_the_environment_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     before = rendered("table", RUN, color=True), rendered("table", RUN)
     for name, value in {
         "NO_COLOR": "1",

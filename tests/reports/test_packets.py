@@ -1,8 +1,10 @@
 """Packets to rows: the keys that apply, in their order, decoded by the catalogue."""
 
+from typing import Any
+
 import pytest
 
-from sphero_probe.protocol.packets import Command, Malformed, Notification, Request, Response, Role
+from sphero_probe.protocol.packets import Command, Malformed, Notification, Packet, Request, Response, Role
 from sphero_probe.reports.rows import (
     packet_row,
 )
@@ -124,7 +126,7 @@ from tests.support.reports_by_hand import CODEC, V2
         ),
     ],
 )
-def test_packet_has_the_keys_that_apply(packet, expected):
+def test_packet_has_the_keys_that_apply(packet: Packet, expected: dict[str, Any]) -> None:
     row = packet_row(packet, V2, b"\x8d\xd8")
     assert row.type == "packet"
     assert row.data == {"generation": "v2", "raw": "8dd8", **expected}
@@ -149,13 +151,13 @@ def test_packet_has_the_keys_that_apply(packet, expected):
     assert sorted(row.data, key=order.index) == list(row.data)
 
 
-def test_malformed_packet():
+def test_malformed_packet() -> None:
     expected = {"generation": "v2", "kind": "malformed", "raw": "8dff", "reason": "checksum"}
     assert packet_row(Malformed(b"\x8d\xff", "checksum"), V2, b"\x8d\xff").data == expected
     assert packet_row(Malformed(b"\x8d\xff", "checksum"), V2, b"").data == expected
 
 
-def test_packets_of_a_real_frame():
+def test_packets_of_a_real_frame() -> None:
     raw = bytes.fromhex("8d09131007005f6dd8")
     (packet,) = CODEC.decoder(Role.HOST).feed(raw)
     assert packet_row(packet, V2, raw).data["fields"] == {"percentage": 95}

@@ -1,5 +1,7 @@
 """Values in words: what people read of fields, answers, layouts, whatever a row holds."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -60,7 +62,7 @@ KEYS = sorted(
         pytest.param({"fields": None}, "", id="no answer"),
     ],
 )
-def test_fields(data, words):
+def test_fields(data: dict[str, Any], words: str) -> None:
     assert phrases.fields(data) == words
 
 
@@ -81,7 +83,7 @@ def test_fields(data, words):
         pytest.param({"code": None, "attempts": 1}, "no answer", id="silent at once"),
     ],
 )
-def test_how_asking_ended(data, words):
+def test_how_asking_ended(data: dict[str, Any], words: str) -> None:
     assert phrases.outcome(data) == words
 
 
@@ -96,7 +98,7 @@ def test_how_asking_ended(data, words):
         ),
     ],
 )
-def test_layouts(data, words):
+def test_layouts(data: dict[str, str | None], words: str) -> None:
     assert phrases.exchanged(data) == words
 
 
@@ -109,11 +111,11 @@ def test_layouts(data, words):
         pytest.param({}, "", id="none"),
     ],
 )
-def test_addresses(data, words):
+def test_addresses(data: dict[str, int], words: str) -> None:
     assert phrases.addresses(data) == words
 
 
-def test_robots():
+def test_robots() -> None:
     assert phrases.robots({"bolt": [1, 2], "mini": [1], "bb9e": []}) == "bolt:1,2 mini:1 bb9e"
 
 
@@ -129,7 +131,9 @@ def test_robots():
     ),
     st.sampled_from(["table", "plain", "csv", "json", "jsonl"]),
 )
-def test_rows_of_an_untrusted_file_are_shown_whatever_they_hold(made, form):
+def test_rows_of_an_untrusted_file_are_shown_whatever_they_hold(
+    made: list[tuple[str, dict[str, Any], str]], form: str
+) -> None:
     rows = [Row(type_, data | {"outcome": outcome}) for type_, data, outcome in made]
     for view in (
         views.FINDINGS,

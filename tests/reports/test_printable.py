@@ -57,33 +57,33 @@ def read_back(shown: str) -> str:
         pytest.param("", "", id="empty"),
     ],
 )
-def test_spells_out(text, shown):
+def test_spells_out(text: str, shown: str) -> None:
     assert visible(text) == shown
 
 
-def test_ascii_only_spells_out_everything_else():
+def test_ascii_only_spells_out_everything_else() -> None:
     assert visible("Zoé 漢", unicode=False) == r"Zo\xe9 \u6f22"
     assert visible("x" * 300, unicode=False).endswith("x...")
 
 
 @pytest.mark.parametrize("limit", [1, 2, 5, 12, LIMIT])
-def test_long_text_ends_in_an_ellipsis_within_the_limit(limit):
+def test_long_text_ends_in_an_ellipsis_within_the_limit(limit: int) -> None:
     assert visible("x" * 1000, limit=limit) == "x" * (limit - 1) + "…"
     assert visible("x" * limit, limit=limit) == "x" * limit
 
 
-def test_no_spelling_is_cut():
+def test_no_spelling_is_cut() -> None:
     for limit in range(1, 20):
         assert re.fullmatch(r"(\\x1b)*…", visible("\x1b" * 99, limit=limit))
 
 
-def test_without_limit_nothing_is_cut():
+def test_without_limit_nothing_is_cut() -> None:
     assert visible("x" * 5000, limit=None) == "x" * 5000
     assert visible("\n" * 5000, limit=None) == r"\n" * 5000
 
 
 @given(ANY_TEXT | NASTY, st.none() | st.integers(1, 300), st.booleans())
-def test_nothing_invisible_comes_out(text, limit, unicode):
+def test_nothing_invisible_comes_out(text: str, limit: int | None, unicode: bool) -> None:
     shown = visible(text, limit=limit, unicode=unicode)
     assert not INVISIBLE.intersection(map(unicodedata.category, shown))
     assert shown.isprintable()
@@ -93,7 +93,7 @@ def test_nothing_invisible_comes_out(text, limit, unicode):
 
 
 @given(NASTY | ANY_TEXT)
-def test_reads_back_in_one_way(text):
+def test_reads_back_in_one_way(text: str) -> None:
     assert read_back(visible(text, limit=None)) == text
     assert read_back(visible(text, limit=None, unicode=False)) == text
 
@@ -117,16 +117,16 @@ def test_reads_back_in_one_way(text):
         pytest.param("", "", id="empty"),
     ],
 )
-def test_csv_cell(text, cell):
+def test_csv_cell(text: str, cell: str) -> None:
     assert csv_cell(text) == cell
 
 
-def test_csv_cell_is_never_cut():
+def test_csv_cell_is_never_cut() -> None:
     assert csv_cell("x" * 5000) == "x" * 5000
 
 
 @given(NASTY | ANY_TEXT | st.text(st.sampled_from("=+-@\t 1.eE"), max_size=8))
-def test_csv_cell_is_no_formula_and_visible(text):
+def test_csv_cell_is_no_formula_and_visible(text: str) -> None:
     cell = csv_cell(text)
     assert cell.isprintable()
     assert cell[:1] not in {"=", "@", "\t"}

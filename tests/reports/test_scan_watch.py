@@ -1,5 +1,7 @@
 """Who is near, who is gone and who is new, in a table that is never larger than the terminal."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +15,7 @@ from sphero_probe.transports.base import Seen
 ONE, TWO, THREE = "AA:BB:CC:DD:EE:01", "AA:BB:CC:DD:EE:02", "AA:BB:CC:DD:EE:03"
 
 
-def robot(name: str, address: str = ONE, rssi: int | None = -50, **more) -> Seen:
+def robot(name: str, address: str = ONE, rssi: int | None = -50, **more: Any) -> Seen:
     return Seen(name, robot_by_prefix(name), address, rssi, **more)
 
 
@@ -21,7 +23,7 @@ def told(sightings: Sightings) -> list[str]:
     return [seen.name for seen in sightings.news()]
 
 
-def test_news_are_who_appears_and_what_changes_but_the_strength():
+def test_news_are_who_appears_and_what_changes_but_the_strength() -> None:
     sightings = Sightings()
     sightings.hear(robot(""), 0)
     sightings.hear(robot("BP-2", TWO), 0)
@@ -35,7 +37,7 @@ def test_news_are_who_appears_and_what_changes_but_the_strength():
     assert told(sightings) == []
 
 
-def test_the_order_depends_on_names_and_not_on_strength():
+def test_the_order_depends_on_names_and_not_on_strength() -> None:
     sightings = Sightings()
     for name, address, rssi in (("SB-1", ONE, -20), ("", THREE, -10), ("bp-2", TWO, -90), ("BP-1", "A", -99)):
         sightings.hear(robot(name, address, rssi, generation=Generation.V2), 0)
@@ -55,12 +57,12 @@ def test_the_order_depends_on_names_and_not_on_strength():
         pytest.param(robot("BP-1", connected=True), 30, "gone 30 s", id="was-connected"),
     ],
 )
-def test_when_a_robot_was_heard(seen, ago, says):
+def test_when_a_robot_was_heard(seen: Seen, ago: float, says: str) -> None:
     lines = page([Sighting(seen, 100)], 100 + ago, width=80, height=24).plain.splitlines()
     assert lines[2].endswith(f"  {says}")
 
 
-def test_the_table():
+def test_the_table() -> None:
     sightings = [
         Sighting(robot("BP-1234", ONE, -48), 100),
         Sighting(robot("Fred\x1b[2J", TWO, None, generation=Generation.V1, connected=True), 100),
@@ -79,7 +81,7 @@ def test_the_table():
     assert dim == ["SB-0001", "2"]
 
 
-def test_a_narrow_terminal_keeps_addresses_and_drops_what_can_be_missed():
+def test_a_narrow_terminal_keeps_addresses_and_drops_what_can_be_missed() -> None:
     sightings = [Sighting(robot("BP-1234"), 0)]
     titles = [page(sightings, 0, width=width, height=24).plain.splitlines()[0] for width in (62, 52, 44, 36)]
     assert [line.split() for line in titles] == [
@@ -90,7 +92,7 @@ def test_a_narrow_terminal_keeps_addresses_and_drops_what_can_be_missed():
     ]
 
 
-def test_who_is_gone_makes_room_for_who_is_near():
+def test_who_is_gone_makes_room_for_who_is_near() -> None:
     sightings = [
         Sighting(robot(f"BP-{number:02}", str(number)), 50 if number % 2 else 100) for number in range(20)
     ]
@@ -99,7 +101,7 @@ def test_who_is_gone_makes_room_for_who_is_near():
     assert lines[-1].startswith("10 near, 10 gone, 10 not shown;")
 
 
-def test_an_empty_room():
+def test_an_empty_room() -> None:
     assert page([], 0, width=80, height=24).plain == "listening, nobody was heard so far; Ctrl-C ends"
 
 
@@ -119,7 +121,7 @@ def test_an_empty_room():
     st.integers(5, 40),
     st.booleans(),
 )
-def test_never_larger_than_the_terminal(robots, width, height, unicode):
+def test_never_larger_than_the_terminal(robots: list[Seen], width: int, height: int, unicode: bool) -> None:
     sightings = [Sighting(seen, number) for number, seen in enumerate(robots)]
     lines = page(sightings, 20, width=width, height=height, unicode=unicode).plain.split("\n")
     assert len(lines) < height

@@ -61,7 +61,7 @@ def shuffled(findings: list[Finding]) -> list[Finding]:
     return findings[1::2] + findings[::2]
 
 
-def test_a_whole_page():
+def test_a_whole_page() -> None:
     assert rendered("table", run_of(shuffled(MIXED), NOTES)).splitlines() == [
         "Sphero BOLT SB-1B2C, firmware: primary 5.0.2, secondary 4.1.7",
         "Plan sweep on primary, allowed: read, probe",
@@ -106,13 +106,13 @@ def test_a_whole_page():
     ]
 
 
-def test_ascii_page_says_the_same():
+def test_ascii_page_says_the_same() -> None:
     plain = rendered("table", run_of(MIXED, NOTES), unicode=False)
     assert plain.isascii()
     assert plain == rendered("table", run_of(MIXED, NOTES)).replace("─", "-").replace("×", "x")
 
 
-def test_a_wide_page_folds_nothing():
+def test_a_wide_page_folds_nothing() -> None:
     shown = rendered("table", run_of(MIXED, NOTES), width=120)
     assert "     0x11:0x00  get_main_app_version    success: major 5, minor 0, revision 2" in shown
     assert "0x42 unlisted: 01 (a code in no document)" in shown
@@ -120,14 +120,14 @@ def test_a_wide_page_folds_nothing():
 
 @pytest.mark.parametrize("width", [1, 60, 80, 100, 120, 200])
 @pytest.mark.parametrize("unicode", [False, True], ids=["ascii", "unicode"])
-def test_keeps_to_the_width_and_tells_all_ids(width, unicode):
+def test_keeps_to_the_width_and_tells_all_ids(width: int, unicode: bool) -> None:
     shown = rendered("table", run_of(MIXED, NOTES), width=width, unicode=unicode)
     assert max(map(cell_len, shown.splitlines())) <= max(width, 60)
     told = {(f.command.did, f.command.cid) for f in MIXED if f.outcome != "absent"}
     assert told == expanded(shown) - {(0x18, 0x02)}
 
 
-def test_two_nodes_are_told_apart():
+def test_two_nodes_are_told_apart() -> None:
     findings = [
         answered(1, 0x13, 0x10, 0x00, b"\x57"),
         answered(2, 0x13, 0x99, 0x05, target=SECONDARY),
@@ -144,12 +144,12 @@ def test_two_nodes_are_told_apart():
     assert "secondary 0x13:0x77" in shown
 
 
-def test_without_addresses_the_node_is_the_robot():
+def test_without_addresses_the_node_is_the_robot() -> None:
     shown = rendered("table", run_of([answered(1, 0x13, 0x10, 0x00, b"\x57", target=None)]))
     assert "Plan sweep on robot, allowed: read, probe" in shown
 
 
-def test_an_answer_that_proves_nothing_is_neither_new_nor_counted_as_existing():
+def test_an_answer_that_proves_nothing_is_neither_new_nor_counted_as_existing() -> None:
     findings = [answered(1, 0x13, 0x10, 0x05, masked=True), answered(2, 0x13, 0x99, 0x05, masked=True)]
     shown = rendered("table", run_of(findings))
     assert "NEW" not in shown
@@ -165,18 +165,18 @@ def test_an_answer_that_proves_nothing_is_neither_new_nor_counted_as_existing():
         pytest.param([answered(at + 1, 0x77, at, 0x05, masked=True) for at in range(256)], id="maybe"),
     ],
 )
-def test_a_crowd_is_told_by_its_ids(findings):
+def test_a_crowd_is_told_by_its_ids(findings: list[Finding]) -> None:
     shown = rendered("table", run_of(findings))
     assert shown.count("\n") < 20
     assert {(f.command.did, f.command.cid) for f in findings} == expanded(shown)
 
 
-def test_what_is_known_to_exist_is_never_a_crowd():
+def test_what_is_known_to_exist_is_never_a_crowd() -> None:
     findings = [answered(at + 1, 0x77, at, 0x05) for at in range(250)]
     assert rendered("table", run_of(findings)).count("NEW  0x77:") == 250
 
 
-def test_reasons_that_differ_in_the_name_only_are_one():
+def test_reasons_that_differ_in_the_name_only_are_one() -> None:
     findings = [
         refused(1, 0x13, 0x00, Risk.BRICK, "brick: power.enter_deep_sleep (--allow brick)"),
         refused(2, 0x1A, 0x35, Risk.BRICK, "brick: user_io.delete_all (--allow brick)"),
@@ -202,12 +202,12 @@ def test_reasons_that_differ_in_the_name_only_are_one():
     )
 
 
-def test_an_unknown_robot_takes_device_names_from_the_commands():
+def test_an_unknown_robot_takes_device_names_from_the_commands() -> None:
     rows = [heading_row(HEADING._replace(robot="", model="unknown model")), finding_row(MIXED[0])]
     assert "power 0x13\n" in rendered("table", rows)
 
 
-def test_a_device_without_a_name_has_its_number():
+def test_a_device_without_a_name_has_its_number() -> None:
     rows = run_of([answered(1, 0x77, 0x01, 5)])
     named = Row("finding", finding_row(answered(1, 0x77, 0x01, 5)).data | {"name": "x.y"})
     shown = rendered("table", [rows[0], named, rows[-1]])
@@ -215,7 +215,7 @@ def test_a_device_without_a_name_has_its_number():
     assert "0x77:0x01  x.y" in shown
 
 
-def test_long_answers_are_folded_between_bytes():
+def test_long_answers_are_folded_between_bytes() -> None:
     payload = bytes(range(256)) * 2
     lines = rendered("table", run_of([answered(1, 0x13, 0x99, 0x00, payload)])).splitlines()
     titles = next(number for number, line in enumerate(lines) if "Answer" in line)
@@ -226,7 +226,7 @@ def test_long_answers_are_folded_between_bytes():
     assert bytes.fromhex("".join(cells)) == payload
 
 
-def test_names_of_what_is_withheld_stay_beside_their_ids():
+def test_names_of_what_is_withheld_stay_beside_their_ids() -> None:
     pairs = [(0x13, 0x00), (0x13, 0x12), (0x13, 0x23), (0x1A, 0x39)]
     findings = [refused(at, *pair, Risk.PERSIST, "persist: x (y)") for at, pair in enumerate(pairs, 1)]
     lines = [line.strip(" ,") for line in rendered("table", run_of(findings)).splitlines()]
@@ -236,13 +236,13 @@ def test_names_of_what_is_withheld_stay_beside_their_ids():
     assert lines[at + 1] == "user_io.override_compressed_frame_player_animation_global_settings"
 
 
-def test_long_names_are_folded_behind_joints():
+def test_long_names_are_folded_behind_joints() -> None:
     shown = rendered("table", run_of([answered(1, 0x1A, 0x39, 0x00, bytes(range(60)))]))
     assert "override_compressed_frame_" in shown
     assert "player_animation_" in shown
 
 
-def test_a_hostile_device_does_not_fill_the_page():
+def test_a_hostile_device_does_not_fill_the_page() -> None:
     heading = heading_row(HEADING._replace(device=HOSTILE + "x" * 100_000))
     shown = rendered("table", [heading])
     assert len(shown) < 1000
@@ -271,7 +271,7 @@ def test_a_hostile_device_does_not_fill_the_page():
     st.sampled_from([60, 80, 120]),
     st.booleans(),
 )
-def test_any_run_keeps_to_the_width_and_loses_nothing(made, width, unicode):
+def test_any_run_keeps_to_the_width_and_loses_nothing(made: list[Finding], width: int, unicode: bool) -> None:
     findings = [finding._replace(number=number) for number, finding in enumerate(made, 1)]
     shown = rendered("table", run_of(findings), width=width, unicode=unicode)
     assert max(map(cell_len, shown.splitlines())) <= width

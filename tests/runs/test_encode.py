@@ -2,13 +2,14 @@
 
 import json
 import math
+from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Blocked, Silent
-from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Summary
+from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.protocol.packets import Command, Generation, Response
 from sphero_probe.runs.decode import Entry, Intent, Opening
 from sphero_probe.runs.encode import encode
@@ -59,7 +60,7 @@ ENTRIES = st.one_of(
 
 def spelled_out(entry: Entry, resumed: bool) -> dict[str, object]:
     """What a line holds, key by key in the order of the file."""
-    told = entry._asdict()
+    told: dict[str, Any] = entry._asdict()
     match entry:
         case Opening():
             return {"type": "journal", "schema_version": 1} | told | {"plan": entry.plan[:512]}
@@ -70,7 +71,7 @@ def spelled_out(entry: Entry, resumed: bool) -> dict[str, object]:
         case Summary():
             return {"type": "summary"} | told
     command = entry.command
-    held = {
+    held: dict[str, object] = {
         "number": entry.number,
         "target": command.target,
         "did": command.did,
@@ -92,7 +93,7 @@ def spelled_out(entry: Entry, resumed: bool) -> dict[str, object]:
     return {"type": "finding", **held}
 
 
-def finite(value):
+def finite(value: object) -> object:
     if isinstance(value, dict):
         return {key: finite(held) for key, held in value.items()}
     if isinstance(value, list):
@@ -102,12 +103,12 @@ def finite(value):
 
 @settings(max_examples=150)
 @given(ENTRIES, st.booleans())
-def test_a_line_is_its_entry_in_plain_json(entry, resumed):
+def test_a_line_is_its_entry_in_plain_json(entry: Intent | Opening | Record, resumed: bool) -> None:
     plain = json.dumps(spelled_out(entry, resumed), separators=(",", ":")) + "\n"
     assert encode(entry, resumed=resumed) == plain.encode("ascii")
 
 
-def test_the_lines_of_a_probe_as_files_have_them():
+def test_the_lines_of_a_probe_as_files_have_them() -> None:
     command = Command(0x13, 0x10, b"\xff\x00", 0x12)
     answer = Answered(command, 7, b"\x8d\xd8", Response(7, 0), b"\x8d\x00\xd8", 0.0625)
     found = Finding(17, command, Outcome.EXISTS, Confidence.CERTAIN, Risk.PROBE, answer, None, "ok", 1, "é")

@@ -1,8 +1,9 @@
 """Journals: whatever cuts a run off, going on with it gives what an uninterrupted run gives."""
 
 import json
+import os
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -111,7 +112,7 @@ def opening_of(settings: str, plan: Plan, consent: Consent) -> Opening:
     )
 
 
-def said(findings: dict[int, Finding]) -> dict[int, tuple[object, ...]]:
+def said(findings: Mapping[int, Finding]) -> dict[int, tuple[object, ...]]:
     """What findings say, apart from what differs from run to run: sequence numbers, times, repetitions."""
     return {
         number: (found.command, found.outcome, found.confidence, found.risk, found.code_name, found.note)
@@ -148,19 +149,21 @@ def check_resumed(path: Path, held: bytes, whole: Ran, settings: str = "bolt?sil
     assert not answered.keys() & set(again)
 
 
-def in_order(records):
+def in_order(records: Iterable[Record]) -> list[Record]:
     """Records by kind and number: a run tells findings as they come, a journal by number."""
     return sorted(records, key=lambda one: (type(one).__name__, getattr(one, "number", 0), str(one[1:2])))
 
 
-def test_a_journal_tells_the_run_again(tmp_path):
+def test_a_journal_tells_the_run_again(tmp_path: Path) -> None:
     for settings in REPORTED:
         path = tmp_path / f"{settings[:3]}{len(settings)}.jsonl"
         ran = ask(settings, SMALL, path)
         assert in_order(read_journal(path).records()) == in_order(ran.records)
 
 
-def test_an_intent_stands_before_each_finding_that_was_sent(recording, tmp_path):
+def test_an_intent_stands_before_each_finding_that_was_sent(
+    recording: tuple[bytes, Ran], tmp_path: Path
+) -> None:
     held, ran = recording
     path = tmp_path / "run.jsonl"
     path.write_bytes(held)
@@ -176,7 +179,9 @@ def test_an_intent_stands_before_each_finding_that_was_sent(recording, tmp_path)
 
 
 @pytest.mark.unmeasured
-def test_cut_at_a_hundred_places_it_goes_on_to_the_same_end(recording, tmp_path):
+def test_cut_at_a_hundred_places_it_goes_on_to_the_same_end(
+    recording: tuple[bytes, Ran], tmp_path: Path
+) -> None:
     held, whole = recording
     places = random.Random(4).sample(range(len(held)), 100)
     for place in places:
@@ -184,7 +189,7 @@ def test_cut_at_a_hundred_places_it_goes_on_to_the_same_end(recording, tmp_path)
 
 
 @pytest.mark.unmeasured
-def test_cut_at_every_line_it_goes_on_to_the_same_end(recording, tmp_path):
+def test_cut_at_every_line_it_goes_on_to_the_same_end(recording: tuple[bytes, Ran], tmp_path: Path) -> None:
     held, whole = recording
     place = 0
     for line in held.splitlines(keepends=True):
@@ -193,7 +198,7 @@ def test_cut_at_every_line_it_goes_on_to_the_same_end(recording, tmp_path):
 
 
 @pytest.mark.parametrize("last", ["summary", "finding"])
-def test_cut_at_every_byte_of_the_last_line(tmp_path, last):
+def test_cut_at_every_byte_of_the_last_line(tmp_path: Path, last: str) -> None:
     stages = [[Probe(Command(0x13, 0x10)), Probe(Command(0x13, 0x03))]]
     path = tmp_path / "run.jsonl"
     whole = ask("bolt", stages, path)
@@ -218,11 +223,12 @@ def test_cut_at_every_byte_of_the_last_line(tmp_path, last):
 
 @pytest.mark.parametrize("cut", ["stop_after", "kill_after", "unplug_after"])
 @pytest.mark.parametrize("number", [1, 5, 20])
-def test_stopped_killed_or_unplugged_it_goes_on(tmp_path, cut, number):
+def test_stopped_killed_or_unplugged_it_goes_on(tmp_path: Path, cut: str, number: int) -> None:
     settings = "bolt?latency=20ms&silent=0x13:0x03"
     whole = ask(settings, SMALL, None)
     path = tmp_path / "run.jsonl"
-    ask(settings, SMALL, path, **{cut: number})
+    limits: dict[str, Any] = {cut: number}
+    ask(settings, SMALL, path, **limits)
     assert not read_journal(path).complete
     resumed = ask(settings, SMALL, path, resume=True)
     assert said(resumed.findings) == said(whole.findings)
@@ -232,7 +238,7 @@ def test_stopped_killed_or_unplugged_it_goes_on(tmp_path, cut, number):
     assert b'"type":"run","resumed":true' in path.read_bytes()
 
 
-def test_a_stage_made_from_findings_goes_on(tmp_path):
+def test_a_stage_made_from_findings_goes_on(tmp_path: Path) -> None:
     def follow(findings: Sequence[Finding]) -> list[Probe]:
         assert [found.number for found in findings] == sorted(found.number for found in findings)
         return [
@@ -249,7 +255,7 @@ def test_a_stage_made_from_findings_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize("silent", [False, True])
-def test_what_may_have_been_executed_is_never_sent_again(tmp_path, silent):
+def test_what_may_have_been_executed_is_never_sent_again(tmp_path: Path, silent: bool) -> None:
     settings = "bolt?latency=50ms" + ("&silent=0x16:0x01" if silent else "")
     stages = [[Probe(Command(0x13, 0x03)), Probe(MOTORS, exact=True), Probe(Command(0x13, 0x10))]]
     path = tmp_path / "run.jsonl"
@@ -274,7 +280,7 @@ def test_what_may_have_been_executed_is_never_sent_again(tmp_path, silent):
     assert silent or doubted
 
 
-def test_only_one_run_writes_a_journal(recording, tmp_path):
+def test_only_one_run_writes_a_journal(recording: tuple[bytes, Ran], tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(recording[0])
     with Journal.reopen(path), pytest.raises(BadInputFileError, match="another run is writing it"):
@@ -284,7 +290,7 @@ def test_only_one_run_writes_a_journal(recording, tmp_path):
     Journal.reopen(path).close()
 
 
-def test_nothing_is_overwritten_and_nothing_empty_is_left(tmp_path):
+def test_nothing_is_overwritten_and_nothing_empty_is_left(tmp_path: Path) -> None:
     full, empty = tmp_path / "full", tmp_path / "empty"
     full.write_text("mine")
     with pytest.raises(OutputError, match="holds something"):
@@ -294,12 +300,12 @@ def test_nothing_is_overwritten_and_nothing_empty_is_left(tmp_path):
     assert not empty.exists()
 
 
-def test_a_full_disk_ends_the_run_and_what_is_there_goes_on(tmp_path, monkeypatch):
+def test_a_full_disk_ends_the_run_and_what_is_there_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = ask("bolt", SMALL, None)
     path = tmp_path / "run.jsonl"
-    from sphero_probe.runs import journal as module
-
-    real, room = module.os.write, [6000]
+    real, room = os.write, [6000]
 
     def write(descriptor: int, data: bytes) -> int:
         written = real(descriptor, data[: room[0]]) if room[0] else None
@@ -308,7 +314,7 @@ def test_a_full_disk_ends_the_run_and_what_is_there_goes_on(tmp_path, monkeypatc
             raise OSError(28, "No space left on device")
         return written
 
-    monkeypatch.setattr(module.os, "write", write)
+    monkeypatch.setattr(os, "write", write)
     with pytest.raises(OutputError, match="cannot write"):
         ask("bolt", SMALL, path)
     monkeypatch.undo()
@@ -317,7 +323,7 @@ def test_a_full_disk_ends_the_run_and_what_is_there_goes_on(tmp_path, monkeypatc
     assert said(resumed.findings) == said(whole.findings)
 
 
-def test_another_robot_or_firmware_is_refused_before_a_probe_is_sent(tmp_path):
+def test_another_robot_or_firmware_is_refused_before_a_probe_is_sent(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     ask("bolt", SMALL, path, kill_after=9)
     held = path.read_bytes()
@@ -333,7 +339,7 @@ def test_another_robot_or_firmware_is_refused_before_a_probe_is_sent(tmp_path):
 
 
 @given(st.binary(max_size=300))
-def test_random_bytes_are_no_journal(tmp_path_factory, data):
+def test_random_bytes_are_no_journal(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "random.jsonl"
     path.write_bytes(data)
     try:
@@ -366,7 +372,7 @@ VALUES = st.recursive(
 
 @pytest.mark.unmeasured
 @given(st.data())
-def test_a_changed_field_is_told_or_harmless(recording, data):
+def test_a_changed_field_is_told_or_harmless(recording: tuple[bytes, Ran], data: st.DataObject) -> None:
     from sphero_probe.cli.run import row_of
     from sphero_probe.reports import views
     from sphero_probe.reports.registry import FORMATS
@@ -406,7 +412,9 @@ def test_a_changed_field_is_told_or_harmless(recording, data):
         pytest.param(lambda line: [line], "not a JSON object", id="list"),
     ],
 )
-def test_what_no_run_writes_is_told_with_its_line(recording, tmp_path, change, why):
+def test_what_no_run_writes_is_told_with_its_line(
+    recording: tuple[bytes, Ran], tmp_path: Path, change: Callable[[dict[str, Any]], object], why: str
+) -> None:
     lines = recording[0].splitlines()
     at = next(at for at, line in enumerate(lines) if b'"exchange":"answered"' in line)
     lines[at] = json.dumps(change(json.loads(lines[at]))).encode()
@@ -429,7 +437,7 @@ def test_what_no_run_writes_is_told_with_its_line(recording, tmp_path, change, w
         pytest.param(b"", id="empty"),
     ],
 )
-def test_lines_that_are_no_json(line, recording, tmp_path):
+def test_lines_that_are_no_json(line: bytes, recording: tuple[bytes, Ran], tmp_path: Path) -> None:
     with pytest.raises(BadLineError):
         parse(line)
     path = tmp_path / "run.jsonl"
@@ -448,14 +456,16 @@ def test_lines_that_are_no_json(line, recording, tmp_path):
         pytest.param({str(number): 0 for number in range(300)}, id="many"),
     ],
 )
-def test_details_of_notes_are_bounded(recording, details):
+def test_details_of_notes_are_bounded(recording: tuple[bytes, Ran], details: object) -> None:
     opening = decode(parse(recording[0].splitlines()[0]), None)
     assert isinstance(opening, Opening)
     with pytest.raises(BadLineError):
         decode({"type": "note", "kind": "run", "text": "", "data": details}, opening)
 
 
-def test_sizes_are_bounded(tmp_path, monkeypatch, recording):
+def test_sizes_are_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recording: tuple[bytes, Ran]
+) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(recording[0].splitlines(keepends=True)[0] + b"x" * (1 << 21))
     with pytest.raises(BadInputFileError, match=":2: a line of more than"):
@@ -469,14 +479,14 @@ def test_sizes_are_bounded(tmp_path, monkeypatch, recording):
         read_journal(tmp_path / "none")
 
 
-def test_a_note_too_long_for_a_line_loses_its_details():
+def test_a_note_too_long_for_a_line_loses_its_details() -> None:
     note = Note("malformed", "x" * 70000, {"raw": "00" * (1 << 20)})
     line = encode(note)
     assert len(line) < 1000
     assert parse(line)["data"] == {}
 
 
-def test_hostile_names_come_back_as_they_were(tmp_path):
+def test_hostile_names_come_back_as_they_were(tmp_path: Path) -> None:
     name = "BP\x1b]0;x\x07\u202e\ud800\n../../etc"
     opening = Opening(
         "sweep", name, "0", {name: name}, name, name, CODECS[next(iter(CODECS))].generation, "bolt", name, ()
@@ -488,7 +498,7 @@ def test_hostile_names_come_back_as_they_were(tmp_path):
     assert decode(parse(encode(note)), opening) == note._replace(data={name: name, "bytes": [1.5, "nan"]})
 
 
-def test_digests_tell_plans_apart(tmp_path):
+def test_digests_tell_plans_apart(tmp_path: Path) -> None:
     one = Plan("a", "", [[Probe(Command(1, 2))]])
     others = [
         Plan("b", "", one.stages),
@@ -505,7 +515,7 @@ def test_digests_tell_plans_apart(tmp_path):
         digest_of(Plan("a", "", [], file=tmp_path / "gone.py"))
 
 
-def test_an_empty_journal_is_begun_anew(tmp_path):
+def test_an_empty_journal_is_begun_anew(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     path.touch()
     assert read_journal(path) == Recorded(path, None, [], {}, {}, [], None, 0, False)

@@ -1,15 +1,18 @@
+from collections.abc import Sequence
+
 import pytest
 
 from sphero_probe.catalogue import BRICK_DEVICES, ROBOTS, commands_of, rows_of
-from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.model import Kind, Robot
 from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator import Claims, Settings
-from sphero_probe.simulator.firmware import Fact, Firmware, Lengths
+from sphero_probe.simulator.firmware import Fact, Firmware, FirmwareCommand, Lengths
 from sphero_probe.simulator.response_style import RESPONSE_STYLES
 from sphero_probe.simulator.settings import MOST_HIDDEN
 
-MODELS = [pytest.param(robot, id=key) for key, robot in ROBOTS.items() if robot.generation in RESPONSE_STYLES]
+SIMULATED = [robot for robot in ROBOTS.values() if robot.generation in RESPONSE_STYLES]
+MODELS = [pytest.param(robot, id=robot.key) for robot in SIMULATED]
 PROBE = 11
 
 
@@ -23,14 +26,14 @@ PROBE = 11
         pytest.param(Lengths(3, 9, 2), [3, 5, 9], [2, 4, 11], [3, 5, 7, 9], id="steps"),
     ],
 )
-def test_lengths(lengths, right, wrong, json):
+def test_lengths(lengths: Lengths, right: list[int], wrong: list[int], json: Sequence[int | str]) -> None:
     assert [length for length in right if not lengths.accepts(length)] == []
     assert [length for length in wrong if lengths.accepts(length)] == []
     assert lengths.as_json() == json
 
 
 @pytest.mark.parametrize("text", ["", "a:u16", "a:u8 b:bytes", "a:u8 b:u16*", "a:u8 b:uint", "a:cstring*4"])
-def test_lengths_of_a_layout(text):
+def test_lengths_of_a_layout(text: str) -> None:
     layout = Layout(text)
     lengths = Lengths.of(layout)
     assert [lengths.accepts(length) for length in range(50)] == [
@@ -39,7 +42,7 @@ def test_lengths_of_a_layout(text):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_the_table_holds_every_documented_command_on_its_nodes(model):
+def test_the_table_holds_every_documented_command_on_its_nodes(model: Robot) -> None:
     expected = {
         (node, row.did, row.cid)
         for row in commands_of(model)
@@ -52,6 +55,7 @@ def test_the_table_holds_every_documented_command_on_its_nodes(model):
     for (node, did, cid), command in commands.items():
         assert (command.node, command.did, command.cid, command.hidden) == (node, did, cid, False)
         assert node in model.nodes
+        assert command.row is not None
         assert command.risk is command.row.risk
         if command.row.request and (did, cid) != (0x10, 0x00):
             for length in range(40):
@@ -60,7 +64,7 @@ def test_the_table_holds_every_documented_command_on_its_nodes(model):
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("seed", range(4))
-def test_hidden_commands_are_in_no_catalogue(model, seed):
+def test_hidden_commands_are_in_no_catalogue(model: Robot, seed: int) -> None:
     plain = Firmware(Settings(model, seed=seed))
     firmware = Firmware(Settings(model, seed=seed, hidden=40))
     hidden = [command for command in firmware.commands.values() if command.hidden]
@@ -78,7 +82,7 @@ def test_hidden_commands_are_in_no_catalogue(model, seed):
     assert firmware.commands == Firmware(Settings(model, seed=seed, hidden=40)).commands
 
 
-def test_hidden_commands_differ_from_seed_to_seed_and_are_of_many_kinds():
+def test_hidden_commands_differ_from_seed_to_seed_and_are_of_many_kinds() -> None:
     model = ROBOTS["rvr"]
     drawn = [
         {
@@ -99,7 +103,7 @@ def test_hidden_commands_differ_from_seed_to_seed_and_are_of_many_kinds():
     assert any(not {did for _, did, _ in keys} - documented for keys in drawn)
 
 
-def _is_dangerous_and_variable(command):
+def _is_dangerous_and_variable(command: FirmwareCommand) -> bool:
     return (
         command.row is not None
         and command.row.request is not None
@@ -109,10 +113,10 @@ def _is_dangerous_and_variable(command):
 
 
 @pytest.mark.unmeasured
-def test_a_hidden_command_that_a_probe_would_execute_reads_or_has_dangerous_neighbours():
+def test_a_hidden_command_that_a_probe_would_execute_reads_or_has_dangerous_neighbours() -> None:
     """So few of them that it takes many robots to see one."""
     risks = set()
-    for robot in (parameter.values[0] for parameter in MODELS):
+    for robot in SIMULATED:
         for seed in range(10):
             commands = Firmware(Settings(robot, seed=seed, hidden=300)).commands.values()
             neighbourhood = {
@@ -129,18 +133,18 @@ def test_a_hidden_command_that_a_probe_would_execute_reads_or_has_dangerous_neig
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_there_is_room_for_all_that_may_be_hidden(model):
+def test_there_is_room_for_all_that_may_be_hidden(model: Robot) -> None:
     assert sum(fact.hidden for fact in Firmware(Settings(model, hidden=MOST_HIDDEN)).truth()) == MOST_HIDDEN
 
 
-def test_the_truth_is_the_table():
+def test_the_truth_is_the_table() -> None:
     firmware = Firmware(Settings(ROBOTS["bolt"], hidden=5))
     truth = firmware.truth()
     assert [(fact.node, fact.did, fact.cid) for fact in truth] == list(firmware.commands)
     assert sum(fact.hidden for fact in truth) == 5
 
 
-def test_a_fact_as_json():
+def test_a_fact_as_json() -> None:
     fact = Fact(1, 0x1A, 0x1C, Lengths(1, None), Risk.WRITE, hidden=False)
     assert fact.as_json() == {
         "node": 1,
@@ -152,7 +156,7 @@ def test_a_fact_as_json():
     }
 
 
-def _claimed(firmware, nodes):
+def _claimed(firmware: Firmware, nodes: dict[int, str]) -> set[tuple[int, int, int]]:
     return {
         (node, did, cid)
         for node in nodes
@@ -162,7 +166,7 @@ def _claimed(firmware, nodes):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_claims(seed):
+def test_claims(seed: int) -> None:
     model = ROBOTS["rvr"]
     by_claims = {claims: Firmware(Settings(model, seed=seed, hidden=20, claims=claims)) for claims in Claims}
     told = {claims: _claimed(firmware, model.nodes) for claims, firmware in by_claims.items()}

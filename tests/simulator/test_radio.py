@@ -1,4 +1,5 @@
 from collections import Counter
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -7,19 +8,20 @@ from hypothesis import strategies as st
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.simulator.radio import INTERVAL, NOTIFICATION_BYTES, PATIENCE, PER_EVENT, Radio
 from sphero_probe.simulator.settings import Settings
+from tests.support.narrowing import known
 
 BOLT = ROBOTS["bolt"]
 FRAMES = [bytes([number] * 30) for number in range(200)]
 
 
-def _received(**settings):
+def _received(**settings: Any) -> list[bytes]:
     radio = Radio(Settings(BOLT, split=30, **settings))
     for frame in FRAMES:
         radio.send(frame, now=0.0)
     return radio.receive(now=0.0)
 
 
-def _heard(**settings):
+def _heard(**settings: Any) -> list[bytes]:
     radio = Radio(Settings(BOLT, **settings))
     heard = []
     for frame in FRAMES:
@@ -28,13 +30,13 @@ def _heard(**settings):
     return heard
 
 
-def test_a_good_line_changes_nothing():
+def test_a_good_line_changes_nothing() -> None:
     assert _received() == FRAMES
     assert _heard() == FRAMES
 
 
 @given(st.lists(st.binary(min_size=1, max_size=90), max_size=8), st.integers(1, 64))
-def test_chunks_add_up_in_order(frames, size):
+def test_chunks_add_up_in_order(frames: list[bytes], size: int) -> None:
     radio = Radio(Settings(BOLT, split=size))
     for frame in frames:
         radio.send(frame, now=1.0)
@@ -43,13 +45,13 @@ def test_chunks_add_up_in_order(frames, size):
     assert all(0 < len(chunk) <= size for chunk in chunks)
 
 
-def test_without_a_split_a_chunk_is_a_small_notification():
+def test_without_a_split_a_chunk_is_a_small_notification() -> None:
     radio = Radio(Settings(BOLT))
     radio.send(bytes(45), now=0.0)
     assert [len(chunk) for chunk in radio.receive(now=0.0)] == [NOTIFICATION_BYTES, NOTIFICATION_BYTES, 5]
 
 
-def test_latency_holds_back_and_keeps_order():
+def test_latency_holds_back_and_keeps_order() -> None:
     radio = Radio(Settings(BOLT, latency=0.25))
     assert radio.next_time() is None
     radio.send(b"first", now=10.0)
@@ -64,7 +66,7 @@ def test_latency_holds_back_and_keeps_order():
 
 
 @pytest.mark.parametrize("fault", ["loss", "corrupt", "duplicate"])
-def test_faults_follow_the_seed(fault):
+def test_faults_follow_the_seed(fault: str) -> None:
     first = _received(seed=1, **{fault: 0.3})
     assert first == _received(seed=1, **{fault: 0.3})
     assert first != _received(seed=2, **{fault: 0.3})
@@ -72,18 +74,18 @@ def test_faults_follow_the_seed(fault):
 
 
 @pytest.mark.parametrize("fault", ["loss", "corrupt"])
-def test_faults_hit_what_the_host_sends_too(fault):
+def test_faults_hit_what_the_host_sends_too(fault: str) -> None:
     first = _heard(seed=1, **{fault: 0.3})
     assert first == _heard(seed=1, **{fault: 0.3})
     assert first != _heard(seed=2, **{fault: 0.3})
     assert first != FRAMES
 
 
-def test_the_host_is_not_heard_twice():
+def test_the_host_is_not_heard_twice() -> None:
     assert _heard(duplicate=1.0) == FRAMES
 
 
-def test_loss_takes_about_the_share_it_should():
+def test_loss_takes_about_the_share_it_should() -> None:
     survivors = _received(loss=0.25)
     assert 110 < len(survivors) < 190
     assert survivors == [frame for frame in FRAMES if frame in survivors]
@@ -91,7 +93,7 @@ def test_loss_takes_about_the_share_it_should():
     assert _heard(loss=1.0) == [b""] * len(FRAMES)
 
 
-def test_corruption_changes_one_byte():
+def test_corruption_changes_one_byte() -> None:
     for sent, got in [
         *zip(FRAMES, _received(corrupt=1.0), strict=True),
         *zip(FRAMES, _heard(corrupt=1.0), strict=True),
@@ -100,17 +102,17 @@ def test_corruption_changes_one_byte():
         assert sum(a != b for a, b in zip(sent, got, strict=True)) == 1
 
 
-def test_duplicates_follow_each_other():
+def test_duplicates_follow_each_other() -> None:
     assert _received(duplicate=1.0) == [frame for frame in FRAMES for _ in range(2)]
 
 
-def test_nothing_cannot_be_damaged():
+def test_nothing_cannot_be_damaged() -> None:
     radio = Radio(Settings(BOLT, corrupt=1.0))
     radio.carry(b"", now=0.0)
     assert radio.due is None
 
 
-def _pump(radio, until):
+def _pump(radio: Radio, until: float) -> list[tuple[float, str, bytes]]:
     """What arrives at both ends by some time: (when, "up" or "down", packet)."""
     seen = []
     while (due := radio.next_time()) is not None and due <= until:
@@ -126,7 +128,9 @@ def _pump(radio, until):
     st.integers(1, 6),
     st.sampled_from([0.0, 0.015]),
 )
-def test_no_event_carries_more_than_it_can(traffic, interval, per_event, latency):
+def test_no_event_carries_more_than_it_can(
+    traffic: list[tuple[float, bool, bytes]], interval: float, per_event: int, latency: float
+) -> None:
     radio = Radio(Settings(BOLT, interval=interval, per_event=per_event, latency=latency))
     radio.connect(now=0.0)
     traffic = sorted(traffic, key=lambda sent: sent[0])
@@ -147,16 +151,16 @@ def test_no_event_carries_more_than_it_can(traffic, interval, per_event, latency
 
 
 @given(st.floats(0, 1e5), st.floats(0, 10), st.integers(1, 40))
-def test_nothing_travels_in_the_event_in_which_it_was_made(anchor, later, number):
+def test_nothing_travels_in_the_event_in_which_it_was_made(anchor: float, later: float, number: int) -> None:
     radio = Radio(Settings(BOLT, interval=0.03, per_event=1))
     radio.connect(now=anchor)
     now = anchor + later
     for _ in range(number):
         radio.carry(b"ask", now=now)
-        heard = radio.due
+        heard = known(radio.due)
         assert heard > now
         radio.send(radio.take(), now=heard)
-        now = radio.next_time()
+        now = known(radio.next_time())
         assert now > heard
         assert now - heard == pytest.approx(0.03)
         assert radio.receive(now=now) == [b"ask"]
@@ -169,7 +173,7 @@ def test_nothing_travels_in_the_event_in_which_it_was_made(anchor, later, number
         pytest.param({"per_event": 2}, INTERVAL, 2, id="size alone"),
     ],
 )
-def test_half_an_event_is_filled_up(settings, interval, per_event):
+def test_half_an_event_is_filled_up(settings: dict[str, Any], interval: float, per_event: int) -> None:
     radio = Radio(Settings(BOLT, **settings))
     radio.connect(now=0.0)
     for number in range(2 * per_event):
@@ -179,14 +183,14 @@ def test_half_an_event_is_filled_up(settings, interval, per_event):
     )
 
 
-def test_a_late_answer_is_overtaken_by_one_other():
+def test_a_late_answer_is_overtaken_by_one_other() -> None:
     radio = Radio(Settings(BOLT, reorder=1.0))
     for answer in (b"1", b"2", b"3", b"4"):
         radio.send(answer, now=0.0, is_answer=True)
     assert radio.receive(now=0.0) == [b"2", b"1", b"4", b"3"]
 
 
-def test_a_late_answer_comes_though_no_other_does():
+def test_a_late_answer_comes_though_no_other_does() -> None:
     radio = Radio(Settings(BOLT, reorder=1.0, latency=0.25))
     radio.send(b"answer", now=0.0, is_answer=True)
     radio.send(b"news", now=0.0)
@@ -195,7 +199,7 @@ def test_a_late_answer_comes_though_no_other_does():
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.2), st.booleans()), max_size=40), st.floats(0, 1), st.integers(0, 9))
-def test_reordering_keeps_everything(gaps, share, seed):
+def test_reordering_keeps_everything(gaps: list[tuple[float, bool]], share: float, seed: int) -> None:
     radio = Radio(Settings(BOLT, reorder=share, seed=seed))
     now, got = 0.0, []
     for number, (gap, is_answer) in enumerate(gaps):
@@ -208,8 +212,8 @@ def test_reordering_keeps_everything(gaps, share, seed):
     assert news == sorted(news)
 
 
-def test_the_order_follows_the_seed():
-    def order(seed):
+def test_the_order_follows_the_seed() -> None:
+    def order(seed: int) -> list[bytes]:
         radio = Radio(Settings(BOLT, reorder=0.3, seed=seed))
         for number in range(100):
             radio.send(bytes([number]), now=0.0, is_answer=True)
@@ -219,7 +223,7 @@ def test_the_order_follows_the_seed():
     assert order(1) != sorted(order(1)) == [bytes([number]) for number in range(100)]
 
 
-def test_a_drop_loses_what_is_in_the_air():
+def test_a_drop_loses_what_is_in_the_air() -> None:
     radio = Radio(Settings(BOLT, latency=0.25, reorder=1.0))
     radio.send(b"old", now=0.0)
     radio.send(b"held", now=0.25, is_answer=True)

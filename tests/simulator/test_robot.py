@@ -1,17 +1,20 @@
 import math
 import struct
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue import ROBOTS, commands_of, lookup
-from sphero_probe.catalogue.model import AnswerStyle, Kind
+from sphero_probe.catalogue.model import AnswerStyle, CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.protocol.packets import Command, Generation, Notification, Response, Role
-from sphero_probe.protocol.v2 import FLAG_ACTIVITY, V2
-from sphero_probe.simulator import Executed, FakeRobot, Settings, Strict, parse_settings
+from sphero_probe.protocol.packets import Command, Generation, Notification, Response
+from sphero_probe.protocol.v2 import FLAG_ACTIVITY, V2, V2Codec
+from sphero_probe.simulator import Executed, FakeRobot, Settings, Strict
 from sphero_probe.simulator.firmware import Lengths
+from tests.support.fake_robot import ask, code_of, fake, said_by, sample_of, tell
+from tests.support.narrowing import every, known
 from tests.support.tables import rows
 
 V2_ROBOTS = [robot for robot in ROBOTS.values() if robot.generation is Generation.V2]
@@ -26,42 +29,10 @@ READS = [
 SLEEP, WAKE = Command(0x13, 0x01), Command(0x13, 0x0D)
 
 
-def _fake(text, on_execute=None):
-    return FakeRobot(parse_settings(text), on_execute)
-
-
-def _exchange(robot, data, now=0.0):
+def _exchange(robot: FakeRobot, data: bytes, now: float = 0.0) -> list[str]:
     """What the robot says to some bytes, as frames in hex."""
     robot.hear(data, now=now)
     return [frame.hex() + "d8" for frame in b"".join(robot.speak(now=now)).split(b"\xd8")[:-1]]
-
-
-def _packets(robot, now):
-    return V2.decoder(Role.HOST).feed(b"".join(robot.speak(now=now)))
-
-
-def _say(robot, command, *, seq=7, now=0.0, **flags):
-    """What the robot says to a command, as packets."""
-    robot.hear(V2.encode_command(command, seq, **flags), now=now)
-    return _packets(robot, now)
-
-
-def _ask(robot, did, cid, payload=b"", *, node=None, now=0.0):
-    """The robot's one response to a command; notifications left out."""
-    target = None if node is None else 0x10 | node
-    answers = _say(robot, Command(did, cid, payload, target), now=now)
-    (response,) = [packet for packet in answers if isinstance(packet, Response)]
-    return response
-
-
-def _code(robot, did, cid, payload=b"", **where):
-    return _ask(robot, did, cid, payload, **where).code
-
-
-def _sample(row):
-    if row.sample is not None:
-        return row.sample
-    return row.request.zeros() if row.request else b""
 
 
 @pytest.mark.parametrize(
@@ -82,8 +53,8 @@ def _sample(row):
         pytest.param("rvr", "8d3e1101130d008fd8", [], id="RVR, only errors, real"),
     ],
 )
-def test_frames_byte_for_byte(model, sent, answers):
-    assert _exchange(_fake(model), bytes.fromhex(sent)) == answers
+def test_frames_byte_for_byte(model: str, sent: str, answers: list[str]) -> None:
+    assert _exchange(fake(model), bytes.fromhex(sent)) == answers
 
 
 @pytest.mark.parametrize(
@@ -107,29 +78,29 @@ def test_frames_byte_for_byte(model, sent, answers):
         ),
     ],
 )
-def test_sleeping_and_waking_byte_for_byte(model, sleep, wake, slept, woken):
-    robot = _fake(model)
+def test_sleeping_and_waking_byte_for_byte(
+    model: str, sleep: str, wake: str, slept: list[str], woken: list[str]
+) -> None:
+    robot = fake(model)
     assert not robot.asleep
-    assert _exchange(robot, bytes.fromhex(sleep)) == slept
-    assert robot.asleep
+    assert (_exchange(robot, bytes.fromhex(sleep)), robot.asleep) == (slept, True)
     assert _exchange(robot, V2.encode_command(Command(0x10, 0x00), 3)) == []
-    assert _exchange(robot, bytes.fromhex(wake)) == woken
-    assert not robot.asleep
+    assert (_exchange(robot, bytes.fromhex(wake)), robot.asleep) == (woken, False)
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_deep_sleep_is_for_good(model):
+def test_deep_sleep_is_for_good(model: Robot) -> None:
     robot = FakeRobot(Settings(model))
-    assert _code(robot, 0x13, 0x00, b"\0") == 0
+    assert code_of(robot, 0x13, 0x00, b"\0") == 0
     assert robot.asleep
-    assert _say(robot, WAKE) == []
+    assert tell(robot, WAKE) == []
     assert robot.asleep
 
 
 @rows(READS)
-def test_every_documented_read_answers_and_decodes(model, row, node):
+def test_every_documented_read_answers_and_decodes(model: Robot, row: CommandRow, node: int) -> None:
     robot = FakeRobot(Settings(model, seed=5))
-    response = _ask(robot, row.did, row.cid, _sample(row), node=node if model.addressed else None)
+    response = ask(robot, row.did, row.cid, sample_of(row), node=node if model.addressed else None)
     assert response.code == 0
     if row.response is not None:
         decoded = row.response.decode(response.payload)
@@ -140,26 +111,26 @@ def test_every_documented_read_answers_and_decodes(model, row, node):
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("seed", range(20))
-def test_readings_and_what_follows_decode_with_any_seed(model, seed):
+def test_readings_and_what_follows_decode_with_any_seed(model: Robot, seed: int) -> None:
     robot = FakeRobot(Settings(model, seed=seed))
     for row in commands_of(model):
         if row.kind is not Kind.COMMAND or row.did == 0x13:
             continue
         for node in row.nodes[model.key]:
             target = 0x10 | node if model.addressed else None
-            for packet in _say(robot, Command(row.did, row.cid, _sample(row), target)):
-                known = lookup(model.generation, packet.did, packet.cid, model)
-                if known.response is not None and getattr(packet, "code", 0) == 0:
-                    assert known.response.decode(packet.payload).problem == ""
+            for packet in tell(robot, Command(row.did, row.cid, sample_of(row), target)):
+                meant = known(lookup(model.generation, known(packet.did), known(packet.cid), model))
+                if meant.response is not None and getattr(packet, "code", 0) == 0:
+                    assert meant.response.decode(packet.payload).problem == ""
 
 
-def _answers_to_reads(robot):
+def _answers_to_reads(robot: FakeRobot) -> list[bytes]:
     rows = [row for row in commands_of(robot.model) if row.kind is Kind.COMMAND and row.risk is Risk.READ]
-    return [_ask(robot, row.did, row.cid, _sample(row)).payload for row in rows]
+    return [ask(robot, row.did, row.cid, sample_of(row)).payload for row in rows]
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_the_seed_makes_the_robot(model):
+def test_the_seed_makes_the_robot(model: Robot) -> None:
     twins = [FakeRobot(Settings(model, seed=1)) for _ in range(2)]
     other = FakeRobot(Settings(model, seed=2))
     assert _answers_to_reads(twins[0]) == _answers_to_reads(twins[1]) == _answers_to_reads(twins[0])
@@ -170,56 +141,56 @@ def test_the_seed_makes_the_robot(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_name_and_address_fit_together(model):
+def test_name_and_address_fit_together(model: Robot) -> None:
     for seed in range(20):
         robot = FakeRobot(Settings(model, seed=seed))
         octets = [int(octet, 16) for octet in robot.address.split(":")]
         assert len(octets) == 6
         assert octets[0] & 0b11 == 0b10, "locally administered, of one station"
         assert robot.name == model.prefix + "".join(f"{octet:02X}" for octet in octets[-2:])
-        mac = _ask(robot, 0x11, 0x06).payload.partition(b"\0")[0].decode()
+        mac = ask(robot, 0x11, 0x06).payload.partition(b"\0")[0].decode()
         assert mac == robot.address.replace(":", "").lower()
-        assert _ask(robot, 0x19, 0x04).payload == robot.name.encode() + b"\0"
+        assert ask(robot, 0x19, 0x04).payload == robot.name.encode() + b"\0"
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_readings_are_plausible(seed):
+def test_readings_are_plausible(seed: int) -> None:
     rvr = FakeRobot(Settings(ROBOTS["rvr"], seed=seed))
-    assert 20 <= _ask(rvr, 0x13, 0x10).payload[0] <= 100
-    (volts,) = struct.unpack(">f", _ask(rvr, 0x13, 0x25, b"\0").payload)
+    assert 20 <= ask(rvr, 0x13, 0x10).payload[0] <= 100
+    (volts,) = struct.unpack(">f", ask(rvr, 0x13, 0x25, b"\0").payload)
     assert 3.6 <= volts <= 4.2
-    critical, low, hysteresis = struct.unpack(">3f", _ask(rvr, 0x13, 0x26).payload)
+    critical, low, hysteresis = struct.unpack(">3f", ask(rvr, 0x13, 0x26).payload)
     assert hysteresis < critical < low < volts
-    year, month, day = struct.unpack(">HBB", _ask(rvr, 0x11, 0x33).payload)
+    year, month, day = struct.unpack(">HBB", ask(rvr, 0x11, 0x33).payload)
     assert 2015 < year < 2030
     assert 1 <= month <= 12
     assert 1 <= day <= 28
-    major, minor, revision = struct.unpack(">3H", _ask(rvr, 0x11, 0x00).payload)
+    major, minor, revision = struct.unpack(">3H", ask(rvr, 0x11, 0x00).payload)
     assert major < 10
     assert minor < 10
     assert 100 <= revision < 1000
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_what_does_not_exist(model):
+def test_what_does_not_exist(model: Robot) -> None:
     robot = FakeRobot(Settings(model))
     for payload in (b"", bytes(11), bytes(40)):
-        assert _code(robot, 0x77, 0x00, payload) == 1
-        assert _code(robot, 0x11, 0xF0, payload) == 2
-    assert _code(robot, 0x10, 0x00, node=3) == 9
-    assert (_code(robot, 0x10, 0x00, node=2) == 9) == (2 not in model.nodes)
+        assert code_of(robot, 0x77, 0x00, payload) == 1
+        assert code_of(robot, 0x11, 0xF0, payload) == 2
+    assert code_of(robot, 0x10, 0x00, node=3) == 9
+    assert (code_of(robot, 0x10, 0x00, node=2) == 9) == (2 not in model.nodes)
 
 
 @pytest.mark.unmeasured
 @pytest.mark.parametrize("model", MODELS)
-def test_wrong_lengths(model):
+def test_wrong_lengths(model: Robot) -> None:
     """What a layout cannot take is refused; what it can take is not asked here, it would be run."""
-    executed = []
+    executed: list[Executed] = []
     robot = FakeRobot(Settings(model), executed.append)
     for fact in robot.truth():
         for length in range(40):
             if not fact.lengths.accepts(length):
-                assert _code(robot, fact.did, fact.cid, bytes(length), node=fact.node) == 5
+                assert code_of(robot, fact.did, fact.cid, bytes(length), node=fact.node) == 5
     assert executed == []
 
 
@@ -243,19 +214,19 @@ def test_wrong_lengths(model):
         pytest.param("none", 0x13, 0xF0, 11, 2, id="none: no such command"),
     ],
 )
-def test_strictness(strict, did, cid, length, code):
-    executed = []
-    robot = _fake(f"rvr?strict={strict}", executed.append)
-    assert _code(robot, did, cid, bytes(length)) == code
+def test_strictness(strict: str, did: int, cid: int, length: int, code: int) -> None:
+    executed: list[Executed] = []
+    robot = fake(f"rvr?strict={strict}", executed.append)
+    assert code_of(robot, did, cid, bytes(length)) == code
     assert [(run.did, run.cid, run.payload) for run in executed] == (
         [(did, cid, bytes(length))] if code == 0 else []
     )
 
 
-def test_a_lamp_short_of_values_is_refused_unless_nobody_counts():
+def test_a_lamp_short_of_values_is_refused_unless_nobody_counts() -> None:
     payload = b"\x07\xff"
     assert {
-        strict: _code(FakeRobot(Settings(ROBOTS["bolt"], strict=strict)), 0x1A, 0x1C, payload)
+        strict: code_of(FakeRobot(Settings(ROBOTS["bolt"], strict=strict)), 0x1A, 0x1C, payload)
         for strict in Strict
     } == {
         Strict.EXACT: 5,
@@ -264,29 +235,29 @@ def test_a_lamp_short_of_values_is_refused_unless_nobody_counts():
     }
 
 
-def test_an_echo_that_is_too_long_is_cut_where_surplus_is_ignored():
-    assert _ask(_fake("bolt?strict=minimum"), 0x10, 0x00, bytes(range(20))).payload == bytes(range(16))
+def test_an_echo_that_is_too_long_is_cut_where_surplus_is_ignored() -> None:
+    assert ask(fake("bolt?strict=minimum"), 0x10, 0x00, bytes(range(20))).payload == bytes(range(16))
 
 
-def test_length_may_mask_existence():
-    robot = _fake("bolt?mask=1")
-    assert _code(robot, 0x13, 0xF0, bytes(11)) == 5
-    assert _code(robot, 0x13, 0xF0) == 2
-    assert _code(robot, 0x77, 0xF0, bytes(11)) == 1
+def test_length_may_mask_existence() -> None:
+    robot = fake("bolt?mask=1")
+    assert code_of(robot, 0x13, 0xF0, bytes(11)) == 5
+    assert code_of(robot, 0x13, 0xF0) == 2
+    assert code_of(robot, 0x77, 0xF0, bytes(11)) == 1
 
 
-def test_hidden_commands_answer_like_any_other():
-    executed = []
-    robot = _fake("r2d2?hidden=30&seed=4", executed.append)
-    twin = _fake("r2d2?hidden=30&seed=4")
+def test_hidden_commands_answer_like_any_other() -> None:
+    executed: list[Executed] = []
+    robot = fake("r2d2?hidden=30&seed=4", executed.append)
+    twin = fake("r2d2?hidden=30&seed=4")
     hidden = [fact for fact in robot.truth() if fact.hidden]
     for fact in hidden:
         if not fact.lengths.accepts(11):
-            assert _code(robot, fact.did, fact.cid, bytes(11)) == 5
+            assert code_of(robot, fact.did, fact.cid, bytes(11)) == 5
     assert executed == []
     for fact in hidden:
         right = bytes(fact.lengths.minimum)
-        assert _ask(robot, fact.did, fact.cid, right) == _ask(twin, fact.did, fact.cid, right)
+        assert ask(robot, fact.did, fact.cid, right) == ask(twin, fact.did, fact.cid, right)
         assert executed[-1] == Executed(fact.node, fact.did, fact.cid, right, fact.risk)
     assert len(executed) == len(hidden)
 
@@ -302,22 +273,22 @@ def test_hidden_commands_answer_like_any_other():
         pytest.param(0x16, 0x07, b"\0\0\0\x40", 0, id="a flag nobody knows"),
     ],
 )
-def test_values_and_states_that_are_refused(did, cid, payload, code):
-    executed = []
-    robot = _fake("rvr", executed.append)
-    assert _code(robot, did, cid, payload) == code
+def test_values_and_states_that_are_refused(did: int, cid: int, payload: bytes, code: int) -> None:
+    executed: list[Executed] = []
+    robot = fake("rvr", executed.append)
+    assert code_of(robot, did, cid, payload) == code
     assert bool(executed) == (code == 0)
 
 
-def test_a_stub():
-    executed = []
-    assert _code(_fake("mini", executed.append), 0x12, 0x29, b"\x01") == 3
+def test_a_stub() -> None:
+    executed: list[Executed] = []
+    assert code_of(fake("mini", executed.append), 0x12, 0x29, b"\x01") == 3
     assert executed == []
 
 
-def test_codes_on_request():
-    robot = _fake("rvr")
-    assert [_code(robot, 0x10, 0x09, bytes([code]), node=1) for code in range(256)] == list(range(256))
+def test_codes_on_request() -> None:
+    robot = fake("rvr")
+    assert [code_of(robot, 0x10, 0x09, bytes([code]), node=1) for code in range(256)] == list(range(256))
 
 
 ANSWERED_OK, ANSWERED_BAD = Command(0x13, 0x10), Command(0x13, 0xF0)
@@ -335,10 +306,10 @@ ANSWERED_OK, ANSWERED_BAD = Command(0x13, 0x10), Command(0x13, 0xF0)
         pytest.param(ANSWERED_OK, {"extension": b"\x00"}, [0], 1, id="a second flags byte"),
     ],
 )
-def test_who_gets_an_answer(command, flags, codes, executed):
-    ledger = []
-    robot = _fake("rvr", ledger.append)
-    assert [packet.code for packet in _say(robot, command, **flags)] == codes
+def test_who_gets_an_answer(command: Command, flags: dict[str, Any], codes: list[int], executed: int) -> None:
+    ledger: list[Executed] = []
+    robot = fake("rvr", ledger.append)
+    assert [packet.code for packet in every(Response, tell(robot, command, **flags))] == codes
     assert len(ledger) == executed
 
 
@@ -358,48 +329,51 @@ def test_who_gets_an_answer(command, flags, codes, executed):
         pytest.param("r2d2", 0x11, 0x01, (None, None), id="R2-D2"),
     ],
 )
-def test_addresses_of_responses(model, target, source, response):
-    answer = _say(_fake(model), Command(0x10, 0x00, b"", target), source=source)
-    assert [(packet.target, packet.source) for packet in answer] == [response]
+def test_addresses_of_responses(
+    model: str, target: int | None, source: int | None, response: tuple[int | None, int | None]
+) -> None:
+    robot = fake(model)
+    robot.hear(V2Codec().encode_command(Command(0x10, 0x00, b"", target), 7, source=source), now=0.0)
+    assert [(packet.target, packet.source) for packet in said_by(robot, 0.0)] == [response]
 
 
-def test_a_target_without_a_source_is_answered_without_a_target():
+def test_a_target_without_a_source_is_answered_without_a_target() -> None:
     """The maker's SDK sends TID alone; an answer with SID alone was seen on an RVR."""
     bare = bytes.fromhex("1a11100001")
-    robot = _fake("rvr")
+    robot = fake("rvr")
     robot.hear(b"\x8d" + bare + bytes([~sum(bare) & 0xFF]) + b"\xd8", now=0.0)
-    (response,) = _packets(robot, 0.0)
+    (response,) = said_by(robot, 0.0)
     assert (response.target, response.source) == (None, 1)
 
 
-def test_the_sleep_timer_flag_comes_back():
-    robot = _fake("rvr")
-    assert [packet.flags & FLAG_ACTIVITY for packet in _say(robot, Command(0x10, 0x00), activity=False)] == [
+def test_the_sleep_timer_flag_comes_back() -> None:
+    robot = fake("rvr")
+    assert [packet.flags & FLAG_ACTIVITY for packet in tell(robot, Command(0x10, 0x00), activity=False)] == [
         0
     ]
-    assert [packet.flags & FLAG_ACTIVITY for packet in _say(robot, Command(0x10, 0x00))] == [FLAG_ACTIVITY]
+    assert [packet.flags & FLAG_ACTIVITY for packet in tell(robot, Command(0x10, 0x00))] == [FLAG_ACTIVITY]
 
 
-def test_without_a_node_whoever_can_serves():
-    robot = _fake("rvr")
-    assert _ask(robot, 0x16, 0x06).code == 0
-    assert _code(robot, 0x16, 0x06, node=1) == 1
-    assert _code(robot, 0x18, 0x13, node=1) == 2
-    assert _code(robot, 0x16, 0x06, node=0) == 0
-    assert [packet.source for packet in _say(robot, Command(0x16, 0x06, b"", 0x10))] == [2]
-    assert [packet.source for packet in _say(robot, Command(0x77, 0x06, b"", 0x10))] == [1]
+def test_without_a_node_whoever_can_serves() -> None:
+    robot = fake("rvr")
+    assert ask(robot, 0x16, 0x06).code == 0
+    assert code_of(robot, 0x16, 0x06, node=1) == 1
+    assert code_of(robot, 0x18, 0x13, node=1) == 2
+    assert code_of(robot, 0x16, 0x06, node=0) == 0
+    assert [packet.source for packet in tell(robot, Command(0x16, 0x06, b"", 0x10))] == [2]
+    assert [packet.source for packet in tell(robot, Command(0x77, 0x06, b"", 0x10))] == [1]
 
 
-def test_nodes_answer_differently():
-    robot = _fake("rvr?seed=6")
-    assert _ask(robot, 0x11, 0x00, node=1).payload != _ask(robot, 0x11, 0x00, node=2).payload
-    assert [_ask(robot, 0x11, 0x1F, node=node).payload for node in (1, 2)] == [b"primary\0", b"secondary\0"]
+def test_nodes_answer_differently() -> None:
+    robot = fake("rvr?seed=6")
+    assert ask(robot, 0x11, 0x00, node=1).payload != ask(robot, 0x11, 0x00, node=2).payload
+    assert [ask(robot, 0x11, 0x1F, node=node).payload for node in (1, 2)] == [b"primary\0", b"secondary\0"]
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_notifications(model):
+def test_notifications(model: Robot) -> None:
     robot = FakeRobot(Settings(model))
-    (*_, slept) = _say(robot, SLEEP)
+    (*_, slept) = tell(robot, SLEEP)
     style = model.answer_style is not AnswerStyle.NONE
     assert slept == Notification(0x13, 0x1A, b"", 1 if style else None, None, 0xFF, 0x28 if style else 0x08)
 
@@ -414,24 +388,29 @@ def test_notifications(model):
         pytest.param("rvr", (0x18, 0x25), (0x18, 0x26), id="north"),
     ],
 )
-def test_some_answers_come_as_notifications(model, asked, told):
-    robot = _fake(model)
-    response, notification = _say(robot, Command(*asked))
+def test_some_answers_come_as_notifications(
+    model: str, asked: tuple[int, int], told: tuple[int, int]
+) -> None:
+    robot = fake(model)
+    response, notification = tell(robot, Command(*asked))
+    assert isinstance(response, Response)
     assert (response.code, response.payload) == (0, b"")
     assert (notification.did, notification.cid) == told
-    decoded = lookup(robot.model.generation, *told, robot.model).response.decode(notification.payload)
+    decoded = known(known(lookup(robot.model.generation, *told, robot.model)).response).decode(
+        notification.payload
+    )
     assert decoded.fields
     assert decoded.problem == ""
 
 
-def test_a_notification_that_must_be_switched_on():
-    robot = _fake("r2d2")
+def test_a_notification_that_must_be_switched_on() -> None:
+    robot = fake("r2d2")
     action, switch = Command(0x17, 0x0D, b"\x01"), (0x17, 0x2A)
-    assert len(_say(robot, action)) == 1
-    _ask(robot, *switch, b"\x01")
-    assert [(packet.did, packet.cid) for packet in _say(robot, action)] == [(0x17, 0x0D), (0x17, 0x26)]
-    _ask(robot, *switch, b"\x00")
-    assert len(_say(robot, action)) == 1
+    assert len(tell(robot, action)) == 1
+    ask(robot, *switch, b"\x01")
+    assert [(packet.did, packet.cid) for packet in tell(robot, action)] == [(0x17, 0x0D), (0x17, 0x26)]
+    ask(robot, *switch, b"\x00")
+    assert len(tell(robot, action)) == 1
 
 
 @pytest.mark.parametrize(
@@ -449,26 +428,28 @@ def test_a_notification_that_must_be_switched_on():
         pytest.param("bolt", 1, (0x11, 0x2D), (0x11, 0x2C), bytes(range(8)) + b"data", id="config block"),
     ],
 )
-def test_what_is_set_is_told(model, node, setter, getter, payload):
-    robot = _fake(model)
+def test_what_is_set_is_told(
+    model: str, node: int, setter: tuple[int, int], getter: tuple[int, int], payload: bytes
+) -> None:
+    robot = fake(model)
     other = payload[:-1] + bytes([payload[-1] ^ 1])
     for value in (payload, other, payload):
-        assert _code(robot, *setter, value, node=node) == 0
-        assert _ask(robot, *getter, node=node).payload == value
+        assert code_of(robot, *setter, value, node=node) == 0
+        assert ask(robot, *getter, node=node).payload == value
 
 
-def test_a_refused_setting_changes_nothing():
-    robot = _fake("r2d2")
-    before = _ask(robot, 0x1A, 0x09).payload
-    assert _code(robot, 0x1A, 0x08, b"\x01\x02") == 5
-    assert _ask(robot, 0x1A, 0x09).payload == before
+def test_a_refused_setting_changes_nothing() -> None:
+    robot = fake("r2d2")
+    before = ask(robot, 0x1A, 0x09).payload
+    assert code_of(robot, 0x1A, 0x08, b"\x01\x02") == 5
+    assert ask(robot, 0x1A, 0x09).payload == before
 
 
-def test_the_name_is_the_bluetooth_name():
-    robot = _fake("bolt")
-    _ask(robot, 0x1A, 0x1C, b"\0")
+def test_the_name_is_the_bluetooth_name() -> None:
+    robot = fake("bolt")
+    ask(robot, 0x1A, 0x1C, b"\0")
     assert robot.name.startswith("SB-")
-    _ask(robot, 0x19, 0x03, b"SB-\xff\0")
+    ask(robot, 0x19, 0x03, b"SB-\xff\0")
     assert robot.name == "SB-\N{REPLACEMENT CHARACTER}"
 
 
@@ -486,56 +467,56 @@ def test_the_name_is_the_bluetooth_name():
         ),
     ],
 )
-def test_lamps(model, cid, payload, expected):
-    robot = _fake(model)
+def test_lamps(model: str, cid: int, payload: str, expected: dict[str, int]) -> None:
+    robot = fake(model)
     assert set(robot.leds.values()) == {0}
-    assert _code(robot, 0x1A, cid, bytes.fromhex(payload)) == 0
+    assert code_of(robot, 0x1A, cid, bytes.fromhex(payload)) == 0
     assert {name: value for name, value in robot.leds.items() if value} == expected
 
 
-def test_a_robot_whose_lamps_nobody_knows():
-    assert _fake("lmq").leds == {}
+def test_a_robot_whose_lamps_nobody_knows() -> None:
+    assert fake("lmq").leds == {}
 
 
-def test_frames_are_saved_and_deleted():
-    robot = _fake("bolt")
-    assert _ask(robot, 0x1A, 0x34, node=2).payload == b""
+def test_frames_are_saved_and_deleted() -> None:
+    robot = fake("bolt")
+    assert ask(robot, 0x1A, 0x34, node=2).payload == b""
     for number in (5, 3, 5):
-        assert _code(robot, 0x1A, 0x30, struct.pack(">H", number) + bytes(8), node=2) == 0
-    assert _ask(robot, 0x1A, 0x34, node=2).payload == struct.pack(">2H", 3, 5)
-    assert _code(robot, 0x1A, 0x35, node=2) == 0
-    assert _ask(robot, 0x1A, 0x34, node=2).payload == b""
+        assert code_of(robot, 0x1A, 0x30, struct.pack(">H", number) + bytes(8), node=2) == 0
+    assert ask(robot, 0x1A, 0x34, node=2).payload == struct.pack(">2H", 3, 5)
+    assert code_of(robot, 0x1A, 0x35, node=2) == 0
+    assert ask(robot, 0x1A, 0x34, node=2).payload == b""
 
 
 @pytest.mark.parametrize("model", ["bolt", "rvr"])
-def test_what_a_robot_says_about_itself_is_its_table(model):
-    robot = _fake(f"{model}?hidden=20")
+def test_what_a_robot_says_about_itself_is_its_table(model: str) -> None:
+    robot = fake(f"{model}?hidden=20")
     told = {
         (node, did, cid)
         for node in robot.model.nodes
-        for did in _ask(robot, 0x10, 0x05, node=node).payload
-        for cid in _ask(robot, 0x10, 0x06, bytes([did]), node=node).payload
+        for did in ask(robot, 0x10, 0x05, node=node).payload
+        for cid in ask(robot, 0x10, 0x06, bytes([did]), node=node).payload
     }
     assert told == {(fact.node, fact.did, fact.cid) for fact in robot.truth() if not fact.hidden}
 
 
-def test_a_robot_that_says_nothing_about_itself():
-    robot = _fake("bolt?claims=none")
-    assert [_code(robot, 0x10, 0x05), _code(robot, 0x10, 0x06, b"\x10")] == [2, 2]
+def test_a_robot_that_says_nothing_about_itself() -> None:
+    robot = fake("bolt?claims=none")
+    assert [code_of(robot, 0x10, 0x05), code_of(robot, 0x10, 0x06, b"\x10")] == [2, 2]
     assert not [fact for fact in robot.truth() if fact.did == 0x10 and fact.cid in (5, 6)]
 
 
-def _stream(robot, interval, count, mask, now=0.0):
-    assert _code(robot, 0x18, 0x00, struct.pack(">HBI", interval, count, mask), now=now) == 0
+def _stream(robot: FakeRobot, interval: int, count: int, mask: int, now: float = 0.0) -> None:
+    assert code_of(robot, 0x18, 0x00, struct.pack(">HBI", interval, count, mask), now=now) == 0
 
 
-def test_streaming_follows_the_clock_of_the_caller():
-    robot = _fake("bolt")
+def test_streaming_follows_the_clock_of_the_caller() -> None:
+    robot = fake("bolt")
     assert robot.next_time() is None
     _stream(robot, 250, 0, 0x0007_0000, now=100.0)
     assert robot.next_time() == 100.25
-    assert _packets(robot, 100.2) == []
-    packets = _packets(robot, 101.0)
+    assert said_by(robot, 100.2) == []
+    packets = said_by(robot, 101.0)
     assert [(packet.did, packet.cid, packet.source) for packet in packets] == [(0x18, 0x02, 2)] * 4
     assert all(len(packet.payload) == 12 for packet in packets)
     assert len({packet.payload for packet in packets}) == 4
@@ -544,74 +525,76 @@ def test_streaming_follows_the_clock_of_the_caller():
     assert robot.next_time() is None
 
 
-def test_a_stream_ends_after_its_count():
-    robot = _fake("mini")
+def test_a_stream_ends_after_its_count() -> None:
+    robot = fake("mini")
     _stream(robot, 100, 3, 0x2)
-    times = [struct.unpack(">f", packet.payload)[0] for packet in _packets(robot, 9.0)]
+    times = [struct.unpack(">f", packet.payload)[0] for packet in said_by(robot, 9.0)]
     assert times == [100.0, 200.0, 300.0]
     assert robot.next_time() is None
 
 
-def test_a_stream_carries_the_extended_sensors_behind_the_others():
-    robot = _fake("r2d2")
-    _ask(robot, 0x18, 0x0C, bytes.fromhex("04000000"))
+def test_a_stream_carries_the_extended_sensors_behind_the_others() -> None:
+    robot = fake("r2d2")
+    ask(robot, 0x18, 0x0C, bytes.fromhex("04000000"))
     _stream(robot, 100, 1, 0x0000_2000)
-    ((upwards, head),) = [struct.unpack(">2f", packet.payload) for packet in _packets(robot, 1.0)]
+    ((upwards, head),) = [struct.unpack(">2f", packet.payload) for packet in said_by(robot, 1.0)]
     assert math.isclose(upwards, 1.0, abs_tol=0.1)
     assert abs(head) <= 1.0
 
 
-def test_a_stream_of_nothing_is_silent():
-    robot = _fake("bolt")
+def test_a_stream_of_nothing_is_silent() -> None:
+    robot = fake("bolt")
     _stream(robot, 100, 0, 0)
     assert robot.next_time() is None
 
 
-def test_sleep_ends_a_stream():
-    robot = _fake("bolt")
+def test_sleep_ends_a_stream() -> None:
+    robot = fake("bolt")
     _stream(robot, 100, 0, 0x0007_0000)
-    _say(robot, SLEEP)
-    assert _packets(robot, 60.0) == []
+    tell(robot, SLEEP)
+    assert said_by(robot, 60.0) == []
     assert robot.next_time() is None
 
 
-def test_a_stream_that_nobody_listened_to_is_not_caught_up_for_ever():
-    robot = _fake("bolt")
+def test_a_stream_that_nobody_listened_to_is_not_caught_up_for_ever() -> None:
+    robot = fake("bolt")
     _stream(robot, 10, 0, 0x0007_0000)
-    assert 1 < len(_packets(robot, 1e6)) < 100
+    assert 1 < len(said_by(robot, 1e6)) < 100
 
 
-def test_silent_pairs_are_executed_and_never_answered():
-    executed = []
-    robot = _fake("bolt-plus?silent=0x13:0x10,0x77:0x00", executed.append)
-    assert _say(robot, Command(0x13, 0x10)) == []
-    assert _say(robot, Command(0x77, 0x00)) == []
+def test_silent_pairs_are_executed_and_never_answered() -> None:
+    executed: list[Executed] = []
+    robot = fake("bolt-plus?silent=0x13:0x10,0x77:0x00", executed.append)
+    assert tell(robot, Command(0x13, 0x10)) == []
+    assert tell(robot, Command(0x77, 0x00)) == []
     assert len(executed) == 1
-    assert _code(robot, 0x13, 0x17) == 0
+    assert code_of(robot, 0x13, 0x17) == 0
 
 
-def test_a_busy_robot_executes_nothing():
-    executed = []
-    robot = _fake("bolt?busy=1", executed.append)
-    assert _code(robot, 0x13, 0x03) == 8
+def test_a_busy_robot_executes_nothing() -> None:
+    executed: list[Executed] = []
+    robot = fake("bolt?busy=1", executed.append)
+    assert code_of(robot, 0x13, 0x03) == 8
     assert executed == []
-    codes = [_code(fake, 0x13, 0x03) for fake in [_fake("bolt?busy=0.5&seed=2")] for _ in range(40)]
-    assert codes == [_code(fake, 0x13, 0x03) for fake in [_fake("bolt?busy=0.5&seed=2")] for _ in range(40)]
+    codes = [code_of(robot, 0x13, 0x03) for robot in [fake("bolt?busy=0.5&seed=2")] for _ in range(40)]
+    assert codes == [
+        code_of(robot, 0x13, 0x03) for robot in [fake("bolt?busy=0.5&seed=2")] for _ in range(40)
+    ]
     assert set(codes) == {0, 8}
 
 
-def test_latency_delays_the_answer_not_the_execution():
-    executed = []
-    robot = _fake("bolt?latency=15ms", executed.append)
-    assert _say(robot, Command(0x13, 0x03), now=2.0) == []
+def test_latency_delays_the_answer_not_the_execution() -> None:
+    executed: list[Executed] = []
+    robot = fake("bolt?latency=15ms", executed.append)
+    assert tell(robot, Command(0x13, 0x03), now=2.0) == []
     assert len(executed) == 1
     assert robot.next_time() == 2.015
-    assert len(_packets(robot, 2.015)) == 1
+    assert len(said_by(robot, 2.015)) == 1
     assert robot.next_time() is None
 
 
-def test_one_byte_per_notification():
-    robot = _fake("bolt?split=1")
+def test_one_byte_per_notification() -> None:
+    robot = fake("bolt?split=1")
     robot.hear(V2.encode_command(WAKE, 0), now=0.0)
     assert [chunk.hex() for chunk in robot.speak(now=0.0)] == [
         "8d",
@@ -626,18 +609,18 @@ def test_one_byte_per_notification():
     ]
 
 
-def test_commands_may_arrive_in_pieces():
-    robot = _fake("bolt")
+def test_commands_may_arrive_in_pieces() -> None:
+    robot = fake("bolt")
     for byte in V2.encode_command(WAKE, 0):
         assert robot.speak(now=0.0) == []
         robot.hear(bytes([byte]), now=0.0)
     assert b"".join(robot.speak(now=0.0)).hex() == "8d2901130d0000b5d8"
 
 
-def _run(text):
+def _run(text: str) -> tuple[list[bytes], list[Executed], int]:
     """A conversation over a bad line: everything heard, and everything run."""
-    executed = []
-    robot = _fake(text, executed.append)
+    executed: list[Executed] = []
+    robot = fake(text, executed.append)
     said = []
     for number in range(120):
         robot.hear(V2.encode_command(Command(0x13, 0x03), number), now=number / 10)
@@ -645,7 +628,7 @@ def _run(text):
     return said, executed, robot.malformed
 
 
-def test_a_bad_line_is_bad_in_the_same_way_every_time():
+def test_a_bad_line_is_bad_in_the_same_way_every_time() -> None:
     line = "loss=0.1&corrupt=0.1&duplicate=0.1&split=3"
     said, executed, malformed = _run(f"bolt?seed=1&{line}")
     assert (said, executed, malformed) == _run(f"bolt?seed=1&{line}")
@@ -654,8 +637,8 @@ def test_a_bad_line_is_bad_in_the_same_way_every_time():
     assert malformed > 0
 
 
-def test_damage_is_counted_and_ignored():
-    robot = _fake("bolt")
+def test_damage_is_counted_and_ignored() -> None:
+    robot = fake("bolt")
     frame = V2.encode_command(WAKE, 0)
     assert _exchange(robot, frame[:-2] + b"\x00\xd8" + b"noise\xd8") == []
     assert robot.malformed == 2
@@ -665,7 +648,7 @@ def test_damage_is_counted_and_ignored():
 
 
 @given(st.lists(st.binary(max_size=30), max_size=20), st.sampled_from(list(Strict)))
-def test_any_bytes_leave_the_robot_standing(writes, strict):
+def test_any_bytes_leave_the_robot_standing(writes: list[bytes], strict: Strict) -> None:
     robot = FakeRobot(Settings(ROBOTS["rvr"], hidden=9, strict=strict))
     for number, data in enumerate(writes):
         robot.hear(data, now=float(number))
@@ -674,10 +657,10 @@ def test_any_bytes_leave_the_robot_standing(writes, strict):
 
 
 @given(st.integers(0, 255), st.integers(0, 255), st.binary(max_size=24), st.sampled_from(list(Strict)))
-def test_any_command_gets_an_answer(did, cid, payload, strict):
-    executed = []
+def test_any_command_gets_an_answer(did: int, cid: int, payload: bytes, strict: Strict) -> None:
+    executed: list[Executed] = []
     robot = FakeRobot(Settings(ROBOTS["rvr"], hidden=50, strict=strict), executed.append)
-    response = _ask(robot, did, cid, payload)
+    response = ask(robot, did, cid, payload)
     exists = any((fact.did, fact.cid) == (did, cid) for fact in robot.truth())
     assert exists or response.code in (1, 2)
     assert len(executed) <= 1
@@ -685,17 +668,17 @@ def test_any_command_gets_an_answer(did, cid, payload, strict):
         assert bool(executed) == (response.code == 0)
 
 
-def test_the_ledger_as_json():
-    executed = []
-    robot = _fake("rvr", executed.append)
-    _ask(robot, 0x16, 0x07, bytes.fromhex("00AB0001"))
+def test_the_ledger_as_json() -> None:
+    executed: list[Executed] = []
+    robot = fake("rvr", executed.append)
+    ask(robot, 0x16, 0x07, bytes.fromhex("00AB0001"))
     assert [run.as_json() for run in executed] == [
         {"node": 2, "did": 22, "cid": 7, "payload": "00ab0001", "risk": "motion"}
     ]
 
 
-def test_the_truth_tells_what_the_robot_accepts():
-    robot = _fake("rvr?hidden=10")
+def test_the_truth_tells_what_the_robot_accepts() -> None:
+    robot = fake("rvr?hidden=10")
     assert [fact.lengths for fact in robot.truth() if (fact.did, fact.cid) == (0x10, 0x00)] == [
         Lengths(0, 16)
     ] * 2

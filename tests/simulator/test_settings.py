@@ -58,7 +58,7 @@ BOLT = ROBOTS["bolt"]
         ),
     ],
 )
-def test_settings_are_read(text, expected):
+def test_settings_are_read(text: str, expected: Settings) -> None:
     assert parse_settings(text) == expected
 
 
@@ -108,7 +108,7 @@ def test_settings_are_read(text, expected):
         pytest.param("bolt?truth=", ["truth", "file name"], id="no file name"),
     ],
 )
-def test_what_makes_no_sense_is_a_usage_error_of_one_line(text, words):
+def test_what_makes_no_sense_is_a_usage_error_of_one_line(text: str, words: list[str]) -> None:
     with pytest.raises(UsageError) as caught:
         parse_settings(text)
     message = str(caught.value)
@@ -116,18 +116,18 @@ def test_what_makes_no_sense_is_a_usage_error_of_one_line(text, words):
     assert "\n" not in message
 
 
-def test_a_robot_whose_generation_cannot_be_played(monkeypatch):
+def test_a_robot_whose_generation_cannot_be_played(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sphero_probe.simulator.settings.RESPONSE_STYLES", {})
     with pytest.raises(UsageError, match="no fake bolt yet"):
         parse_settings("bolt")
 
 
-def test_every_key_is_a_field():
+def test_every_key_is_a_field() -> None:
     assert set(KEYS) == set(Settings._fields) - {"model"}
 
 
 @given(st.text(max_size=40), st.text(max_size=10))
-def test_any_text_gives_settings_or_a_usage_error(query, value):
+def test_any_text_gives_settings_or_a_usage_error(query: str, value: str) -> None:
     for text in (query, f"bolt?{query}", *(f"bolt?{key}={value}" for key in KEYS)):
         try:
             settings = parse_settings(text)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from sphero_probe.simulator.sleep_timer import SleepEvent, SleepTimer
 
 
-def _pass(rest, until):
+def _pass(rest: SleepTimer, until: float) -> list[tuple[float, SleepEvent]]:
     """What happens until some time, each with its time."""
     turns = []
     while rest.due is not None and rest.due <= until:
@@ -15,9 +15,9 @@ def _pass(rest, until):
     return turns
 
 
-def test_it_warns_and_sleeps_after_the_last_touch():
+def test_it_warns_and_sleeps_after_the_last_touch() -> None:
+    assert SleepTimer(60.0, 10.0).due is None
     rest = SleepTimer(60.0, 10.0)
-    assert rest.due is None
     rest.begin(now=5.0)
     rest.begin(now=50.0)
     assert rest.due == 55.0
@@ -27,14 +27,14 @@ def test_it_warns_and_sleeps_after_the_last_touch():
     assert rest.due is None
 
 
-def test_one_that_never_tires():
+def test_one_that_never_tires() -> None:
     rest = SleepTimer(None, 10.0)
     rest.begin(now=0.0)
     rest.touch(now=1.0)
     assert rest.due is None
 
 
-def test_a_new_timeout_counts_from_the_next_touch():
+def test_a_new_timeout_counts_from_the_next_touch() -> None:
     rest = SleepTimer(600.0, 10.0)
     rest.touch(now=0.0)
     rest.set_timeout(60.0)
@@ -50,7 +50,9 @@ def test_a_new_timeout_counts_from_the_next_touch():
         pytest.param(30.0, [(30.0, SleepEvent.WAKE)], id="a while"),
     ],
 )
-def test_who_sleeps_waits_for_nothing_but_the_morning(wakes, turns):
+def test_who_sleeps_waits_for_nothing_but_the_morning(
+    wakes: float | None, turns: list[tuple[float, SleepEvent]]
+) -> None:
     rest = SleepTimer(60.0, 10.0)
     rest.touch(now=0.0)
     rest.sleep(wakes)
@@ -59,7 +61,7 @@ def test_who_sleeps_waits_for_nothing_but_the_morning(wakes, turns):
 
 
 @given(st.lists(st.floats(0, 1e6), min_size=1, max_size=9), st.floats(0, 1e4), st.floats(0, 1e4))
-def test_the_last_touch_counts(touches, timeout, notice):
+def test_the_last_touch_counts(touches: list[float], timeout: float, notice: float) -> None:
     rest = SleepTimer(timeout, notice)
     for now in touches:
         rest.touch(now=now)
@@ -69,7 +71,7 @@ def test_the_last_touch_counts(touches, timeout, notice):
     assert warnings == expected
 
 
-def test_one_that_starts_anew_does_nothing_before():
+def test_one_that_starts_anew_does_nothing_before() -> None:
     rest = SleepTimer(60.0, 10.0)
     rest.touch(now=0.0)
     rest.boot(1.5)

@@ -9,7 +9,7 @@ from enum import IntEnum
 from functools import cache, partialmethod
 from itertools import islice
 from queue import SimpleQueue
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -39,6 +39,8 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Notification, Request, Response, Role, Verdict
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.readings import Readings
+from tests.support.fake_robot import said_by
+from tests.support.narrowing import every, known
 from tests.support.spherov2_adapter import session
 from tests.support.tables import rows
 
@@ -159,7 +161,7 @@ class _Sent(Exception):  # noqa: N818 - it is no error, it ends the call
 @cache
 def _commands(key: str) -> dict[str, Callable[..., object]]:
     """Method name -> the function of ``spherov2.commands`` behind it, for one robot."""
-    found = {}
+    found: dict[str, Callable[..., object]] = {}
     for name in dir(TOYS[key]):
         bound = inspect.getattr_static(TOYS[key], name)
         function = bound.func if isinstance(bound, partialmethod) else bound
@@ -239,7 +241,7 @@ EVERY_COMMAND = [
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_every_command_of_a_class_is_found(key):
+def test_every_command_of_a_class_is_found(key: str) -> None:
     assert len(_commands(key)) == COMMANDS[key]
     assert {method for method in _commands(key) if method in BROKEN} == BROKEN_OF[key]
 
@@ -252,8 +254,9 @@ def test_every_command_of_a_class_is_found(key):
         for method in sorted(methods)
     ],
 )
-def test_what_spherov2_cannot_build_it_still_cannot(key, method):
-    toy = _offline(key, packets := [])
+def test_what_spherov2_cannot_build_it_still_cannot(key: str, method: str) -> None:
+    packets: list[TheirPacket] = []
+    toy = _offline(key, packets)
     for arguments in _arguments(key, method):
         with pytest.raises(AttributeError):
             getattr(toy, method)(**arguments)
@@ -261,7 +264,7 @@ def test_what_spherov2_cannot_build_it_still_cannot(key, method):
 
 
 @rows(EVERY_COMMAND)
-def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
+def test_commands_of_spherov2_decode_to_the_same_fields(key: str, method: str) -> None:
     builds = _builds(key, method)
     packets = V2.decoder(Role.ROBOT).feed(b"".join(build.frame for build in builds))
     assert packets == [
@@ -274,7 +277,7 @@ def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
         )
         for _, their in builds
     ]
-    assert [V2.encode_command(packet.command, packet.seq) for packet in packets] == [
+    assert [V2.encode_command(packet.command, packet.seq) for packet in every(Request, packets)] == [
         build.frame for build in builds
     ]
 
@@ -295,7 +298,7 @@ def _row(key: str, build: Build) -> CommandRow | None:
 def _is_served(key: str, build: Build) -> bool:
     """Tell whether the command goes to a node that has it; spherov2 may leave the choice to its caller."""
     target = build.packet.tid
-    return target is None or target & 0x0F in _row(key, build).nodes[key]
+    return target is None or target & 0x0F in known(_row(key, build)).nodes[key]
 
 
 def _pairs(method: str, arguments: dict[str, object], layout: Layout) -> dict[str, str]:
@@ -312,7 +315,11 @@ def _pairs(method: str, arguments: dict[str, object], layout: Layout) -> dict[st
     return pairs
 
 
-def _same(field: Field, ours, theirs) -> bool:
+def _same(
+    field: Field,
+    ours: Any,
+    theirs: Any,
+) -> bool:
     """Tell whether a decoded value is what spherov2 has for it."""
     if field.values:
         names = VALUE_NAMES[field.values]
@@ -320,17 +327,19 @@ def _same(field: Field, ours, theirs) -> bool:
         shared = word in names.names.values()  # spherov2 has longer names for some
         return names.number(ours) == int(theirs) and (ours in (word, [word]) or not shared)
     if field.type == "cstring":
+        assert isinstance(ours, str)
         return ours.encode() == (theirs.encode() if isinstance(theirs, str) else bytes(theirs).rstrip(b"\0"))
     if field.type == "bytes":
-        return ours == bytes(theirs or b"").hex()
+        return bool(ours == bytes(theirs or b"").hex())
     if isinstance(theirs, bytes | bytearray):  # a number that spherov2 leaves as it came
-        return ours == int.from_bytes(theirs, "big")
+        return bool(ours == int.from_bytes(theirs, "big"))
     if isinstance(theirs, str):
-        return ours == ord(theirs)
+        return bool(ours == ord(theirs))
     if field.unit == "ms" and isinstance(theirs, float):  # spherov2 has made seconds of it
-        return ours == theirs * 1000
-    pack = struct.Struct(">f").pack if field.type == "f32" else float
+        return bool(ours == theirs * 1000)
+    pack: Callable[[Any], object] = struct.Struct(">f").pack if field.type == "f32" else float
     if field.to_end and field.type != "uint":
+        assert isinstance(ours, list)
         return list(map(pack, ours)) == list(map(pack, theirs))
     return pack(ours) == pack(theirs)
 
@@ -344,22 +353,24 @@ REFUSED = {
 
 
 @rows(EVERY_COMMAND)
-def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
+def test_the_catalogue_knows_the_commands_of_spherov2(key: str, method: str) -> None:
     for build in _builds(key, method):
-        row = _row(key, build)
+        row = known(_row(key, build))
         device, _, name = row.name.partition(".")
         assert row.kind is Kind.COMMAND
         assert method in (name, *row.aliases), device
         assert key in row.nodes
         if "proc" not in build.arguments:  # spherov2 says which node serves it, or leaves addresses out
             assert build.packet.tid is None or build.packet.tid & 0x0F in row.nodes[key]
+        assert row.request is not None
         assert row.request.accepts(len(build.packet.data))
 
 
 @rows(EVERY_COMMAND)
-def test_layouts_give_back_the_arguments(key, method):
+def test_layouts_give_back_the_arguments(key: str, method: str) -> None:
     for build in _builds(key, method):
-        layout = _row(key, build).request
+        layout = known(_row(key, build)).request
+        assert layout is not None
         decoded = layout.decode(bytes(build.packet.data))
         assert not decoded.problem
         by_name = {field.name: field for field in layout.fields}
@@ -370,17 +381,19 @@ def test_layouts_give_back_the_arguments(key, method):
 
 @pytest.mark.unmeasured
 @rows(EVERY_COMMAND)
-def test_the_fake_robot_takes_the_commands_of_spherov2(key, method):
+def test_the_fake_robot_takes_the_commands_of_spherov2(key: str, method: str) -> None:
     served = 0
     for build in _builds(key, method):
         robot = FakeRobot(parse_settings(key))
         robot.hear(build.frame, now=0.0)
-        answer, *_ = V2.decoder(Role.HOST).feed(b"".join(robot.speak(now=0.0)))
+        answer, *_ = said_by(robot, 0.0)
         assert (answer.did, answer.cid, answer.seq) == build.packet.id
         if _is_served(key, build):
             served += 1
+            assert isinstance(answer, Response)
             assert V2.verdict(answer.code) is REFUSED.get(method, Verdict.OK), build.arguments
         else:
+            assert isinstance(answer, Response)
             assert V2.verdict(answer.code) in (Verdict.NO_DEVICE, Verdict.NO_COMMAND), build.arguments
     assert served
 
@@ -394,7 +407,7 @@ class Listener(NamedTuple):
 
 def _listeners(key: str) -> dict[str, Listener]:
     """Method that adds a listener -> what it listens to, for one class of spherov2."""
-    found = {}
+    found: dict[str, Listener] = {}
     for name in dir(TOYS[key]):
         bound = inspect.getattr_static(TOYS[key], name)
         if isinstance(bound, partialmethod) and bound.func is Toy._add_listener:
@@ -422,7 +435,7 @@ EVERY_LISTENER = [pytest.param(key, name, id=f"{key} {name}") for key in TOYS fo
     ],
     ids=list(TOYS),
 )
-def test_every_listener_of_a_class_is_found(key, number, deaf):
+def test_every_listener_of_a_class_is_found(key: str, number: int, deaf: set[tuple[int, int]]) -> None:
     listeners = _listeners(key)
     assert len(listeners) == number
     refused = set()
@@ -435,16 +448,16 @@ def test_every_listener_of_a_class_is_found(key, number, deaf):
 
 
 @rows(EVERY_LISTENER)
-def test_the_catalogue_knows_the_notifications_of_spherov2(key, name):
-    row = lookup(Generation.V2, *_listeners(key)[name].pair, ROBOTS[key])
+def test_the_catalogue_knows_the_notifications_of_spherov2(key: str, name: str) -> None:
+    row = known(lookup(Generation.V2, *_listeners(key)[name].pair, ROBOTS[key]))
     assert row.kind is Kind.NOTIFICATION
     assert key in row.nodes
 
 
 @rows(EVERY_LISTENER)
-def test_spherov2_reads_our_notifications_as_we_do(key, name):
+def test_spherov2_reads_our_notifications_as_we_do(key: str, name: str) -> None:
     (did, cid), hand_over = _listeners(key)[name]
-    row = lookup(Generation.V2, did, cid, ROBOTS[key])
+    row = known(lookup(Generation.V2, did, cid, ROBOTS[key]))
     payload = PAYLOADS.get((did, cid)) or Readings(ROBOTS[key], seed=3).payload(row, node=1)
     frame = V2.encode_notification(Notification(did, cid, payload, source=2))
     (packet,) = _theirs([frame])
@@ -484,8 +497,9 @@ def _told(key: str, frame: bytes) -> dict[Field, object]:
     """
     twin = _fake(key)
     twin.hear(frame, now=0.0)
-    *_, last = V2.decoder(Role.HOST).feed(b"".join(twin.speak(now=0.0)))
-    row = lookup(Generation.V2, last.did, last.cid, ROBOTS[key])
+    *_, last = said_by(twin, 0.0)
+    row = known(lookup(Generation.V2, known(last.did), known(last.cid), ROBOTS[key]))
+    assert row.response is not None
     decoded = row.response.decode(last.payload)
     assert not decoded.problem
     return {field: decoded.fields[field.name] for field in row.response.fields}
@@ -497,13 +511,14 @@ def _ask(key: str, did: int, cid: int, payload: bytes = b"", node: int | None = 
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_a_class_wakes_the_robot_and_puts_it_to_sleep(key):
-    robot = _fake(key, ran := [])
+def test_a_class_wakes_the_robot_and_puts_it_to_sleep(key: str) -> None:
+    ran: list[tuple[int, int]] = []
+    robot = _fake(key, ran)
     robot.hear(V2.encode_command(Command(0x13, 0x01), 1), now=0.0)
     robot.speak(now=0.0)
     asleep = robot.asleep
     with session(TOYS[key], robot) as (toy, adapter):
-        slept = SimpleQueue()
+        slept: SimpleQueue[bool] = SimpleQueue()
         toy.add_did_sleep_notify_listener(lambda: slept.put(robot.asleep))
         toy.wake()
         awake = not robot.asleep
@@ -517,7 +532,7 @@ def test_a_class_wakes_the_robot_and_puts_it_to_sleep(key):
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_a_class_bears_a_slow_and_chopped_line(key):
+def test_a_class_bears_a_slow_and_chopped_line(key: str) -> None:
     robot = _fake(key, latency="800ms", split=1)
     with session(TOYS[key], robot) as (toy, adapter):
         toy.wake()
@@ -527,7 +542,7 @@ def test_a_class_bears_a_slow_and_chopped_line(key):
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_a_class_hears_nothing_from_a_robot_asleep(key):
+def test_a_class_hears_nothing_from_a_robot_asleep(key: str) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         toy.sleep()
         with pytest.raises(TimeoutError):
@@ -537,8 +552,8 @@ def test_a_class_hears_nothing_from_a_robot_asleep(key):
 
 
 @pytest.mark.parametrize("key", ["bolt", "r2d2", "mini", "bb9e"])
-def test_a_class_streams_sensors_in_the_order_it_thinks(key):
-    samples = SimpleQueue()
+def test_a_class_streams_sensors_in_the_order_it_thinks(key: str) -> None:
+    samples: SimpleQueue[dict[str, dict[str, float]]] = SimpleQueue()
     with session(TOYS[key], _fake(key)) as (toy, adapter):
         toy.sensor_control.add_sensor_data_listener(samples.put)
         toy.sensor_control.set_count(3)
@@ -553,7 +568,7 @@ def test_a_class_streams_sensors_in_the_order_it_thinks(key):
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_spherov2_reaches_the_characteristics_we_know(key):
+def test_spherov2_reaches_the_characteristics_we_know(key: str) -> None:
     assert TOYS[key]._send_uuid == TOYS[key]._response_uuid == API_CHARACTERISTIC
     assert TOYS[key].toy_type.prefix == ROBOTS[key].prefix
 
@@ -577,7 +592,9 @@ def test_spherov2_reaches_the_characteristics_we_know(key):
         ),
     ],
 )
-def test_a_class_reads_the_battery(key, method, arguments, asked):
+def test_a_class_reads_the_battery(
+    key: str, method: str, arguments: dict[str, int], asked: tuple[Any, ...]
+) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         theirs = getattr(toy, method)(**arguments)
     (ours,) = _ask(key, *asked)
@@ -591,30 +608,30 @@ def test_a_class_reads_the_battery(key, method, arguments, asked):
     ("key", "node"),
     [*((key, None) for key in TOYS if key != "rvr"), ("bolt", 2), ("rvr", 1), ("rvr", 2)],
 )
-def test_a_class_reads_the_version(key, node):
+def test_a_class_reads_the_version(key: str, node: int | None) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         assert list(toy.get_main_app_version(proc=node)) == _ask(key, 0x11, 0x00, node=node)
 
 
 @pytest.mark.parametrize("key", ["bolt", "r2d2", "bb9e"])
-def test_a_class_reads_the_version_that_comes_as_a_notification(key):
+def test_a_class_reads_the_version_that_comes_as_a_notification(key: str) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         assert list(toy.get_secondary_main_app_version()) == _ask(key, 0x11, 0x17)
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_a_class_sets_every_led(key):
+def test_a_class_sets_every_led(key: str) -> None:
     robot = _fake(key)
     wanted = {led: 0xFF - 7 * led for led in TOYS[key].LEDs}
     with session(TOYS[key], robot) as (toy, _):
-        set_leds = getattr(toy, f"set_all_leds_with_{8 * ROBOTS[key].leds.mask_bytes}_bit_mask")
+        set_leds = getattr(toy, f"set_all_leds_with_{8 * known(ROBOTS[key].leds).mask_bytes}_bit_mask")
         set_leds(sum(1 << led for led in wanted), [*wanted.values()])
     assert robot.leds == {led.name.lower().removesuffix("_white"): value for led, value in wanted.items()}
 
 
 def _lamps(key: str, word: str) -> list[str]:
     """The lamps that a word means to us, by name."""
-    return [group.name for group in ROBOTS[key].leds.groups if word in (group.name, *group.aliases)]
+    return [group.name for group in known(ROBOTS[key].leds).groups if word in (group.name, *group.aliases)]
 
 
 RVR_LAMPS = pytest.param(
@@ -628,7 +645,7 @@ RVR_LAMPS = pytest.param(
 
 
 @pytest.mark.parametrize("key", ["bolt", RVR_LAMPS, "r2d2", "mini"])
-def test_what_spherov2_calls_front_is_front(key):
+def test_what_spherov2_calls_front_is_front(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         ToyUtil.set_front_led(toy, 0x8D, 0xAB, 0xD8)
@@ -638,7 +655,7 @@ def test_what_spherov2_calls_front_is_front(key):
 
 
 @pytest.mark.parametrize("key", ["bolt", RVR_LAMPS, "r2d2", "mini", "bb9e"])
-def test_what_spherov2_calls_back_is_back(key):
+def test_what_spherov2_calls_back_is_back(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         ToyUtil.set_back_led_brightness(toy, 0xAB)
@@ -655,19 +672,20 @@ READS = [
     pytest.param(key, method, id=f"{key} {method}")
     for key in TOYS
     for method in _commands(key)
-    if method not in BROKEN | MISREAD and _row(key, _builds(key, method)[0]).risk is Risk.READ
+    if method not in BROKEN | MISREAD and known(_row(key, _builds(key, method)[0])).risk is Risk.READ
 ]
 
 
-def test_every_read_is_found():
+def test_every_read_is_found() -> None:
     assert Counter(param.values[0] for param in READS) == READS_OF
 
 
 @pytest.mark.unmeasured
 @rows(READS)
-def test_spherov2_reads_what_we_read(key, method):
+def test_spherov2_reads_what_we_read(key: str, method: str) -> None:
     builds = [build for build in _builds(key, method) if _is_served(key, build)]
-    with session(TOYS[key], _fake(key, ran := [])) as (toy, _):
+    ran: list[tuple[int, int]] = []
+    with session(TOYS[key], _fake(key, ran)) as (toy, _):
         results = [getattr(toy, method)(**build.arguments) for build in builds]
     assert ran == [(build.packet.did, build.packet.cid) for build in builds]
     for build, theirs in zip(builds, results, strict=True):
@@ -682,11 +700,12 @@ def test_spherov2_reads_what_we_read(key, method):
 
 
 @pytest.mark.parametrize("key", ["bolt", "rvr"])
-def test_infrared_readings_lie_where_the_table_of_spherov2_has_them(key):
+def test_infrared_readings_lie_where_the_table_of_spherov2_has_them(key: str) -> None:
     payload = bytes((0x11, 0x22, 0x33, 0x44))
     (row,) = [
         row for row in commands_of(ROBOTS[key]) if row.name == "sensor.get_bot_to_bot_infrared_readings"
     ]
+    assert row.response is not None
     readings = row.response.decode(payload).fields
     raw = int.from_bytes(payload, "big")
     assert readings == {
@@ -702,9 +721,9 @@ class Seen(NamedTuple):
     """What a frame of a robot says, whoever has read it."""
 
     answer: bool
-    did: int
-    cid: int
-    seq: int
+    did: int | None
+    cid: int | None
+    seq: int | None
     code: int
     target: int | None
     source: int | None
@@ -714,8 +733,9 @@ class Seen(NamedTuple):
 
 def _seen_by_them(chunks: Iterable[bytes]) -> list[Seen]:
     return [
-        Seen(bool(one.flags & 1), *one.id, int(one.err), one.tid, one.sid, one.flags, bytes(one.data))
+        Seen(bool(one.flags & 1), did, cid, seq, int(one.err), one.tid, one.sid, one.flags, bytes(one.data))
         for one in _theirs(chunks)
+        for did, cid, seq in [one.id]
     ]
 
 
@@ -779,7 +799,7 @@ def _say(robot: FakeRobot, conversation: Iterable[tuple[Command, int]]) -> list[
     "settings", [{}, {"split": 1}, {"split": 7, "latency": "15ms"}], ids=["whole", "1", "7"]
 )
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_spherov2_parses_the_fake_robot_as_we_do(key, settings):
+def test_spherov2_parses_the_fake_robot_as_we_do(key: str, settings: dict[str, Any]) -> None:
     conversation = list(_conversation(key))
     chunks = _say(_fake(key, **settings), conversation)
     ours, theirs = _seen_by_us(chunks), _seen_by_them(chunks)
@@ -792,7 +812,7 @@ def test_spherov2_parses_the_fake_robot_as_we_do(key, settings):
     assert all(stream.count(bytes((0xAB, marker & ~0x88))) > len(conversation) // 10 for marker in MARKERS)
 
 
-def test_spherov2_knows_every_code_of_the_table():
+def test_spherov2_knows_every_code_of_the_table() -> None:
     chunks = _say(_fake("rvr"), ((Command(0x10, 0x09, bytes([code])), code) for code in range(0x0B)))
     ours, theirs = _seen_by_us(chunks), _theirs(chunks)
     assert [seen.code for seen in ours] == [int(one.err) for one in theirs] == list(range(0x0B))
@@ -808,7 +828,9 @@ ADDRESS = st.none() | BYTE
 
 
 @given(BYTE, BYTE, BYTE, DATA, ADDRESS, ADDRESS, st.sampled_from([0x02, 0x06, 0x08, 0x0A, 0x0E, 0x00]))
-def test_any_command_of_spherov2_decodes(did, cid, seq, data, target, source, flags):
+def test_any_command_of_spherov2_decodes(
+    did: int, cid: int, seq: int, data: bytes, target: int | None, source: int | None, flags: int
+) -> None:
     flags |= (0x10 if target is not None else 0) | (0x20 if source is not None else 0)
     frame = TheirPacket(flags, did, cid, seq, target, source, bytearray(data)).build()
     (packet,) = V2.decoder(Role.ROBOT).feed(bytes(frame))
@@ -817,7 +839,9 @@ def test_any_command_of_spherov2_decodes(did, cid, seq, data, target, source, fl
 
 
 @given(BYTE, BYTE, BYTE, DATA, ADDRESS, ADDRESS, st.integers(0, 0x0A))
-def test_any_answer_of_ours_reads_alike(did, cid, seq, data, target, source, code):
+def test_any_answer_of_ours_reads_alike(
+    did: int, cid: int, seq: int, data: bytes, target: int | None, source: int | None, code: int
+) -> None:
     frame = V2.encode_response(Response(seq, code, data, did, cid, source, target))
     assert _seen_by_them([frame]) == _seen_by_us([frame])
     (packet,) = _theirs([frame])
@@ -825,12 +849,14 @@ def test_any_answer_of_ours_reads_alike(did, cid, seq, data, target, source, cod
 
 
 @given(BYTE, BYTE, BYTE, DATA, ADDRESS, ADDRESS)
-def test_any_notification_of_ours_reads_alike(did, cid, seq, data, target, source):
+def test_any_notification_of_ours_reads_alike(
+    did: int, cid: int, seq: int, data: bytes, target: int | None, source: int | None
+) -> None:
     frame = V2.encode_notification(Notification(did, cid, data, source, target, seq))
     assert _seen_by_them([frame]) == _seen_by_us([frame])
 
 
-def test_spherov2_counts_as_far_as_we_do():
+def test_spherov2_counts_as_far_as_we_do() -> None:
     manager = TheirPacket.Manager()
     turns = [manager.new_packet(0x10, 0x00).seq for _ in range(2 * len(V2.sequence_numbers))]
     assert turns == [*V2.sequence_numbers, *V2.sequence_numbers]

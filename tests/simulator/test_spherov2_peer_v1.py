@@ -2,11 +2,11 @@
 
 import inspect
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partialmethod
 from itertools import pairwise
 from queue import SimpleQueue
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -51,6 +51,8 @@ from sphero_probe.protocol.packets import (
 )
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 from sphero_probe.simulator.readings import Readings
+from tests.support.fake_robot import Said, said_by
+from tests.support.narrowing import every, known
 from tests.support.spherov2_adapter import FakeAdapter, session
 from tests.support.tables import rows
 
@@ -123,7 +125,7 @@ BY_TYPE: dict[object, tuple[object, ...]] = {bool: (False, True), int: _BYTE, in
 class Build(NamedTuple):
     """One command of spherov2 as it was built."""
 
-    arguments: dict[str, object]
+    arguments: dict[str, Any]
     packet: TheirPacket.Request
 
     @property
@@ -210,12 +212,12 @@ EVERY_COMMAND = [pytest.param(key, method, id=f"{key} {method}") for key in TOYS
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_every_command_of_a_class_is_found(key):
+def test_every_command_of_a_class_is_found(key: str) -> None:
     assert len(_commands(key).keys() - IN_NO_CLASS.keys()) == COMMANDS[key]
     assert not any(hasattr(TOYS[key], method) for method in IN_NO_CLASS)
 
 
-def test_every_command_of_spherov2_is_in_some_class():
+def test_every_command_of_spherov2_is_in_some_class() -> None:
     functions = {
         name
         for device in (Core, Bootloader, SpheroCommands)
@@ -228,7 +230,7 @@ def test_every_command_of_spherov2_is_in_some_class():
 
 
 @rows(EVERY_COMMAND)
-def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
+def test_commands_of_spherov2_decode_to_the_same_fields(key: str, method: str) -> None:
     builds = _builds(key, method)
     packets = V1.decoder(Role.ROBOT).feed(b"".join(build.frame for build in builds))
     assert packets == [
@@ -240,14 +242,14 @@ def test_commands_of_spherov2_decode_to_the_same_fields(key, method):
         )
         for _, their in builds
     ]
-    assert [V1.encode_command(packet.command, packet.seq) for packet in packets] == [
+    assert [V1.encode_command(packet.command, packet.seq) for packet in every(Request, packets)] == [
         build.frame for build in builds
     ]
     assert [V1.frame_of(packet) for packet in packets] == [build.frame for build in builds]
 
 
 @rows(EVERY_COMMAND)
-def test_the_node_makes_no_difference_to_a_v1_command(key, method):
+def test_the_node_makes_no_difference_to_a_v1_command(key: str, method: str) -> None:
     packets: list[TheirPacket.Request] = []
     toy = _offline(key, packets)
     arguments = next(_arguments(key, method))
@@ -261,16 +263,23 @@ def test_the_node_makes_no_difference_to_a_v1_command(key, method):
 
 @pytest.mark.parametrize(("method", "arguments", "error"), UNBUILDABLE)
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_what_spherov2_cannot_build_it_still_cannot(key, method, arguments, error):
-    toy = _offline(key, packets := [])
+def test_what_spherov2_cannot_build_it_still_cannot(
+    key: str,
+    method: str,
+    arguments: dict[str, Any],
+    error: type[Exception],
+) -> None:
+    packets: list[TheirPacket.Request] = []
+    toy = _offline(key, packets)
     with pytest.raises(error):
         getattr(toy, method)(**arguments)
     assert not packets
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_what_spherov2_forgets_to_send_it_still_forgets(key):
-    toy = _offline(key, packets := [])
+def test_what_spherov2_forgets_to_send_it_still_forgets(key: str) -> None:
+    packets: list[TheirPacket.Request] = []
+    toy = _offline(key, packets)
     forgotten = [method for method in NEVER_SENT if isinstance(getattr(toy, method)(), TheirPacket.Request)]
     assert forgotten == [*NEVER_SENT]
     assert not packets
@@ -296,7 +305,7 @@ PERSISTENT_BITS = dict(zip(Options._fields, (0, 1, 2, 3, 4, 8, 10), strict=True)
 
 
 @rows(EVERY_COMMAND)
-def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
+def test_the_catalogue_knows_the_commands_of_spherov2(key: str, method: str) -> None:
     for build in _builds(key, method):
         row = _row(key, build)
         assert row.kind is Kind.COMMAND
@@ -306,10 +315,11 @@ def test_the_catalogue_knows_the_commands_of_spherov2(key, method):
         if method in LAYOUT_UNKNOWN:
             assert row.request is None
         else:
+            assert row.request is not None
             assert row.request.accepts(len(build.packet.data))
 
 
-def _their_numbers(method: str, arguments: dict[str, object]) -> list[object]:
+def _their_numbers(method: str, arguments: dict[str, Any]) -> list[object]:
     """What spherov2 was given, as one value for each field of the command."""
     values = dict(arguments)
     first = []
@@ -328,14 +338,17 @@ def _same(field: Field, ours: object, theirs: object) -> bool:
         return theirs.decode(errors="backslashreplace") == ours
     if field.values:
         return VALUE_NAMES[field.values].number(ours) == theirs
+    assert isinstance(ours, int | float)
+    assert isinstance(theirs, int)
     bits = 8 * field.width
     return (round(ours * field.scale) - theirs) % (1 << bits) == 0  # spherov2 has no negative numbers
 
 
 @rows([param for param in EVERY_COMMAND if param.values[1] not in LAYOUT_UNKNOWN])
-def test_layouts_give_back_the_arguments(key, method):
+def test_layouts_give_back_the_arguments(key: str, method: str) -> None:
     for build in _builds(key, method):
         layout = _row(key, build).request
+        assert layout is not None
         decoded = layout.decode(bytes(build.packet.data))
         assert not decoded.problem
         fields = [field for field in layout.fields if field.name in decoded.fields]
@@ -345,9 +358,9 @@ def test_layouts_give_back_the_arguments(key, method):
 
 
 @rows([param for param in EVERY_COMMAND if param.values[1] not in BITS | LAYOUT_UNKNOWN])
-def test_what_both_call_alike_lies_in_the_same_place(key, method):
+def test_what_both_call_alike_lies_in_the_same_place(key: str, method: str) -> None:
     build = _builds(key, method)[0]
-    fields = [field.name for field in _row(key, build).request.fields]
+    fields = [field.name for field in known(_row(key, build).request).fields]
     crossed = {
         parameter: field
         for parameter, field in zip(build.arguments, fields, strict=False)
@@ -357,11 +370,13 @@ def test_what_both_call_alike_lies_in_the_same_place(key, method):
 
 
 @rows(EVERY_COMMAND)
-def test_the_fake_robot_takes_the_commands_of_spherov2(key, method):
+def test_the_fake_robot_takes_the_commands_of_spherov2(key: str, method: str) -> None:
     for build in _builds(key, method):
-        robot = _fake(key, ran := [])
+        ran: list[Executed] = []
+        robot = _fake(key, ran)
         robot.hear(build.frame, now=0.0)
-        answer, *_ = V1.decoder(Role.HOST).feed(b"".join(robot.speak(now=0.0)))
+        answer, *_ = said_by(robot, 0.0)
+        assert isinstance(answer, Response)
         assert answer.seq == build.packet.seq
         assert V1.verdict(answer.code) is REFUSED.get(method, Verdict.OK), build.arguments
         expected = [] if method in REFUSED else [(*build.packet[:2], build.packet.data)]
@@ -394,15 +409,15 @@ EVERY_LISTENER = [pytest.param(key, name, id=f"{key} {name}") for key in TOYS fo
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_every_listener_of_a_class_is_found(key):
+def test_every_listener_of_a_class_is_found(key: str) -> None:
     assert {listener.number for listener in _listeners(key).values()} == {1, 3, 5, 7, 12, 20}
     assert len(_listeners(key)) == 6
 
 
 @rows(EVERY_LISTENER)
-def test_spherov2_reads_our_notifications_as_we_do(key, name):
+def test_spherov2_reads_our_notifications_as_we_do(key: str, name: str) -> None:
     number, hand_over = _listeners(key)[name]
-    row = notification_row(Generation.V1, None, number, ROBOTS[key])
+    row = known(notification_row(Generation.V1, None, number, ROBOTS[key]))
     assert row.kind is Kind.NOTIFICATION
     assert key in row.nodes
     assert name.removeprefix("add_").removesuffix("_listener") == row.name.partition(".")[2]
@@ -412,13 +427,15 @@ def test_spherov2_reads_our_notifications_as_we_do(key, name):
         assert (packet.id, bytes(packet.data)) == ((TheirPacket.ASYNC, number), payload)
         heard: list[tuple[object, ...]] = []
         hand_over(lambda *values, heard=heard: heard.append(values), packet)
+        assert row.response is not None
         decoded = row.response.decode(payload)
         assert not decoded.problem
         assert heard == [_as_theirs(row, decoded.fields)]
 
 
-def _as_theirs(row: CommandRow, fields: dict[str, object]) -> tuple[object, ...]:
+def _as_theirs(row: CommandRow, fields: Mapping[str, Any]) -> tuple[object, ...]:
     """Our reading of a notification in the shape that spherov2 has for it."""
+    assert row.response is not None
     values = {
         field.name: VALUE_NAMES[field.values].number(fields[field.name])
         if field.values
@@ -432,9 +449,10 @@ def _as_theirs(row: CommandRow, fields: dict[str, object]) -> tuple[object, ...]
     return tuple(values.values())
 
 
-def test_a_collision_lies_where_both_have_it():
+def test_a_collision_lies_where_both_have_it() -> None:
     payload = struct.pack(">3hB2hBL", -4096, 2048, 1, 2, -300, 200, 40, 123_500)
-    row = notification_row(Generation.V1, None, 0x07, ROBOTS["bb8"])
+    row = known(notification_row(Generation.V1, None, 0x07, ROBOTS["bb8"]))
+    assert row.response is not None
     decoded = row.response.decode(payload)
     assert decoded.fields == {
         "acceleration_x": -1.0,
@@ -455,12 +473,12 @@ def test_a_collision_lies_where_both_have_it():
 # The classes of spherov2 on the fake robot.
 
 
-def _told(key: str, did: int, cid: int) -> dict[str, object]:
+def _told(key: str, did: int, cid: int) -> Mapping[str, Any]:
     """What a twin of the fake robot answers to a read, by our own decoder and catalogue."""
     twin = _fake(key)
     twin.hear(V1.encode_command(Command(did, cid), 7), now=0.0)
-    (answer,) = V1.decoder(Role.HOST).feed(b"".join(twin.speak(now=0.0)))
-    decoded = lookup(Generation.V1, did, cid, ROBOTS[key]).response.decode(answer.payload)
+    (answer,) = said_by(twin, 0.0)
+    decoded = known(known(lookup(Generation.V1, did, cid, ROBOTS[key])).response).decode(answer.payload)
     assert not decoded.problem
     return decoded.fields
 
@@ -471,7 +489,7 @@ def _send(toy: Toy, did: int, cid: int, data: bytes = b"") -> TheirPacket.Respon
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_spherov2_reaches_the_characteristics_we_know(key):
+def test_spherov2_reaches_the_characteristics_we_know(key: str) -> None:
     toy = TOYS[key]
     assert (toy._send_uuid, toy._response_uuid) == (V1_COMMAND_CHARACTERISTIC, V1_RESPONSE_CHARACTERISTIC)
     assert tuple((uuid, bytes(data)) for uuid, data in toy._handshake) == V1_HANDSHAKE[:2]
@@ -479,7 +497,7 @@ def test_spherov2_reaches_the_characteristics_we_know(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_greets_the_robot_and_wakes_it(key):
+def test_a_class_greets_the_robot_and_wakes_it(key: str) -> None:
     with session(TOYS[key], _fake(key)) as (toy, adapter):
         assert adapter.greetings == [*V1_HANDSHAKE[:2]]
         toy.wake()
@@ -496,7 +514,7 @@ def test_a_class_greets_the_robot_and_wakes_it(key):
         pytest.param(V1_HANDSHAKE[1:], id="all but the phrase"),
     ],
 )
-def test_without_its_phrase_a_robot_is_not_to_be_had(greetings):
+def test_without_its_phrase_a_robot_is_not_to_be_had(greetings: Sequence[tuple[str, bytes]]) -> None:
     robot = _fake("ollie")
     adapter = FakeAdapter(robot, robot.address)
     for uuid, data in greetings:
@@ -506,16 +524,17 @@ def test_without_its_phrase_a_robot_is_not_to_be_had(greetings):
         adapter.settle()
 
 
-def test_a_characteristic_of_another_generation_is_not_there():
+def test_a_characteristic_of_another_generation_is_not_there() -> None:
     robot = _fake("ollie")
     with pytest.raises(LookupError):
         FakeAdapter(robot, robot.address).write("00010002-574f-4f20-5370-6865726f2121", b"")
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_puts_the_robot_to_sleep_and_wakes_it(key):
-    robot = _fake(key, ran := [])
-    slept = SimpleQueue()
+def test_a_class_puts_the_robot_to_sleep_and_wakes_it(key: str) -> None:
+    ran: list[Executed] = []
+    robot = _fake(key, ran)
+    slept: SimpleQueue[bool] = SimpleQueue()
     with session(TOYS[key], robot) as (toy, adapter):
         toy.add_did_sleep_notify_listener(lambda: slept.put(robot.asleep))
         toy.sleep(IntervalOptions.NONE, 0, 0)
@@ -533,7 +552,7 @@ def test_a_class_puts_the_robot_to_sleep_and_wakes_it(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_from_deep_sleep_a_class_wakes_nobody(key):
+def test_from_deep_sleep_a_class_wakes_nobody(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         toy.sleep(IntervalOptions.DEEP_SLEEP, 0, 0)
@@ -544,9 +563,9 @@ def test_from_deep_sleep_a_class_wakes_nobody(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_hears_an_idle_robot_doze_off(key):
+def test_a_class_hears_an_idle_robot_doze_off(key: str) -> None:
     robot = _fake(key)
-    heard = SimpleQueue()
+    heard: SimpleQueue[str] = SimpleQueue()
     with session(TOYS[key], robot) as (toy, adapter):
         toy.add_will_sleep_notify_listener(lambda: heard.put("will sleep"))
         toy.add_did_sleep_notify_listener(lambda: heard.put("did sleep"))
@@ -555,13 +574,12 @@ def test_a_class_hears_an_idle_robot_doze_off(key):
         assert heard.get(timeout=10) == "will sleep"
         assert not robot.asleep
         adapter.idle(5)
-        assert heard.get(timeout=10) == "did sleep"
-        assert robot.asleep
+        assert (heard.get(timeout=10), robot.asleep) == ("did sleep", True)
     assert heard.empty()
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_bears_a_slow_and_chopped_line(key):
+def test_a_class_bears_a_slow_and_chopped_line(key: str) -> None:
     with session(TOYS[key], _fake(key, latency="800ms", split=1)) as (toy, adapter):
         info = toy.get_bluetooth_info()
         assert adapter.now == pytest.approx(0.8)
@@ -572,7 +590,7 @@ def test_a_class_bears_a_slow_and_chopped_line(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_renames_the_robot(key):
+def test_a_class_renames_the_robot(key: str) -> None:
     robot = _fake(key)
     name = "it has 15 bytes"  # 23 with what is around it: two writes
     with session(TOYS[key], robot) as (toy, _):
@@ -583,7 +601,7 @@ def test_a_class_renames_the_robot(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_loses_its_way_in_a_name_that_fills_its_place(key):
+def test_a_class_loses_its_way_in_a_name_that_fills_its_place(key: str) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         toy.set_bluetooth_name(b"it has 16 bytes!")
         with pytest.raises(ValueError, match="not enough values"):  # spherov2 looks for a NUL behind it
@@ -591,7 +609,7 @@ def test_a_class_loses_its_way_in_a_name_that_fills_its_place(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_sets_the_lamps(key):
+def test_a_class_sets_the_lamps(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         toy.set_main_led(0x8D, 0xFF, 0xFE)
@@ -600,7 +618,7 @@ def test_a_class_sets_the_lamps(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_what_spherov2_calls_main_and_back_we_do(key):
+def test_what_spherov2_calls_main_and_back_we_do(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         ToyUtil.set_main_led(toy, 1, 2, 3, is_user_color=False)
@@ -609,25 +627,28 @@ def test_what_spherov2_calls_main_and_back_we_do(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_reads_the_colour_that_was_to_be_kept(key):
+def test_a_class_reads_the_colour_that_was_to_be_kept(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         _send(toy, 0x02, 0x20, b"\xff\x80\x01\x01")
         toy.set_main_led(9, 9, 9)
         answer = _send(toy, 0x02, 0x22)
-    row = lookup(Generation.V1, 0x02, 0x22, ROBOTS[key])
+    row = known(lookup(Generation.V1, 0x02, 0x22, ROBOTS[key]))
+    assert row.response is not None
     decoded = row.response.decode(bytes(answer.data))
     assert (decoded.fields, decoded.problem) == ({"red": 0xFF, "green": 0x80, "blue": 0x01}, "")
     assert robot.leds["main_red"] == 9
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_configures_collisions(key):
-    robot = _fake(key, ran := [])
+def test_a_class_configures_collisions(key: str) -> None:
+    ran: list[Executed] = []
+    robot = _fake(key, ran)
     with session(TOYS[key], robot) as (toy, _):
         toy.configure_collision_detection(CollisionDetectionMethods.DEFAULT, 100, 101, 102, 103, 10)
         toy.configure_collision_detection(CollisionDetectionMethods.OFF, 0, 0, 0, 0, 0)
-    layout = lookup(Generation.V1, 0x02, 0x12, ROBOTS[key]).request
+    layout = known(lookup(Generation.V1, 0x02, 0x12, ROBOTS[key])).request
+    assert layout is not None
     on, off = (layout.decode(run.payload).fields for run in ran)
     assert on == {
         "method": "accelerometer_based_detection",
@@ -641,8 +662,8 @@ def test_a_class_configures_collisions(key):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_is_told_the_power_state(key):
-    told = SimpleQueue()
+def test_a_class_is_told_the_power_state(key: str) -> None:
+    told: SimpleQueue[their_core.PowerStates] = SimpleQueue()
     with session(TOYS[key], _fake(key)) as (toy, adapter):
         toy.add_battery_state_changed_notify_listener(told.put)
         toy.enable_battery_state_changed_notify(True)
@@ -658,7 +679,7 @@ def _dotted(number: int) -> str:
     return f"{number >> 4}.{number & 0x0F}"
 
 
-def _options(fields: dict[str, object]) -> Options:
+def _options(fields: Mapping[str, Any]) -> Options:
     """The options in the shape of spherov2, which names those of both commands alike."""
     for name in ("PersistentOptions", "TemporaryOptions"):
         try:
@@ -669,7 +690,7 @@ def _options(fields: dict[str, object]) -> Options:
     raise AssertionError(f"{fields} are no options")
 
 
-READS: dict[str, Callable[[dict[str, object]], object]] = {
+READS: dict[str, Callable[[Mapping[str, Any]], object]] = {
     "get_versions": lambda told: Versions(
         told["record_version"],
         told["model"],
@@ -704,23 +725,24 @@ EVERY_READ = [
 ]
 
 
-def test_every_read_is_found():
+def test_every_read_is_found() -> None:
     assert {param.values[1] for param in EVERY_READ} == READS.keys()
     assert len(EVERY_READ) == 26
 
 
 @rows(EVERY_READ)
-def test_spherov2_reads_what_we_read(key, method):
+def test_spherov2_reads_what_we_read(key: str, method: str) -> None:
     (build,) = _builds(key, method)
-    with session(TOYS[key], _fake(key, ran := [])) as (toy, _):
-        theirs = _commands(key)[method](toy)
+    ran: list[Executed] = []
+    with session(TOYS[key], _fake(key, ran)) as (toy, _):
+        theirs: Any = _commands(key)[method](toy)
     assert [(run.did, run.cid) for run in ran] == [(build.packet.did, build.packet.cid)]
     ours = READS[method](_told(key, build.packet.did, build.packet.cid))
     assert (list(theirs) if method == "get_sku" else theirs) == ours
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_spherov2_and_the_maker_number_the_charger_otherwise(key):
+def test_spherov2_and_the_maker_number_the_charger_otherwise(key: str) -> None:
     with session(TOYS[key], _fake(key)) as (toy, _):
         theirs = toy.get_charger_state()
     words = VALUE_NAMES["ChargerContacts"]
@@ -747,8 +769,10 @@ ALL_SENSORS = (*Sphero.sensors, *Sphero.extended_sensors)
 
 
 def _streamed(key: str, *sensors: str, **settings: object) -> Streamed:
-    robot = _fake(key, ran := [], **settings)
-    numbers, samples = SimpleQueue(), SimpleQueue()
+    ran: list[Executed] = []
+    robot = _fake(key, ran, **settings)
+    numbers: SimpleQueue[list[int]] = SimpleQueue()
+    samples: SimpleQueue[dict[str, dict[str, float]]] = SimpleQueue()
     with session(TOYS[key], robot) as (toy, adapter):
         toy.sensor_control.add_sensor_data_listener(samples.put)
         toy.add_sensor_streaming_data_notify_listener(lambda values: numbers.put([*values]))
@@ -770,7 +794,7 @@ def _streamed(key: str, *sensors: str, **settings: object) -> Streamed:
     )
 
 
-def _in_their_words(key: str, ours: dict[str, object]) -> dict[str, dict[str, float]]:
+def _in_their_words(key: str, ours: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """Our sample in the shape of spherov2: per sensor, its parts; an Ollie's axes turned.
 
     spherov2 leaves ``accel_one`` in thousandths.
@@ -813,7 +837,7 @@ def _flat(sample: dict[str, dict[str, float]]) -> list[tuple[str, str, float]]:
     ],
 )
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_stream_reads_alike(key, sensors, settings):
+def test_a_stream_reads_alike(key: str, sensors: tuple[str, ...], settings: dict[str, Any]) -> None:
     streamed = _streamed(key, *sensors, **settings)
     assert len(streamed.ours) == len(streamed.numbers) == len(streamed.samples) == 3
     ours = sorted(_flat(_in_their_words(key, fields)) for fields in streamed.ours)
@@ -823,10 +847,11 @@ def test_a_stream_reads_alike(key, sensors, settings):
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_the_numbers_of_a_stream_lie_in_our_order(key):
+def test_the_numbers_of_a_stream_lie_in_our_order(key: str) -> None:
     streamed = _streamed(key, *ALL_SENSORS)
-    row = notification_row(Generation.V1, None, 0x03, ROBOTS[key])
-    read = [row.response.decode(payload).fields["values"] for payload in streamed.payloads]
+    row = known(notification_row(Generation.V1, None, 0x03, ROBOTS[key]))
+    assert row.response is not None
+    read: list[Any] = [row.response.decode(payload).fields["values"] for payload in streamed.payloads]
     assert sorted(streamed.numbers) == sorted(read)
     width = streamed.masks.mask.bit_count() + streamed.masks.extended.bit_count()
     assert {len(numbers) for numbers in streamed.numbers} == {width}
@@ -924,7 +949,7 @@ def _say(robot: FakeRobot, conversation: Iterable[tuple[Command, int]]) -> list[
     "settings", [{}, {"split": 1}, {"split": 7, "latency": "15ms"}], ids=["whole", "1", "7"]
 )
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_spherov2_parses_the_fake_robot_as_we_do(key, settings):
+def test_spherov2_parses_the_fake_robot_as_we_do(key: str, settings: dict[str, Any]) -> None:
     conversation = list(_conversation(key))
     assert len(conversation) > 70
     chunks = _say(_fake(key, **settings), conversation)
@@ -940,7 +965,7 @@ def test_spherov2_parses_the_fake_robot_as_we_do(key, settings):
 
 @pytest.mark.parametrize("split", [1, 20])
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_spherov2_and_we_pass_over_the_prompt(key, split):
+def test_spherov2_and_we_pass_over_the_prompt(key: str, split: int) -> None:
     jumps = [(Command(0x00, 0x30), 1), (Command(0x01, 0x04), 2), (Command(0x00, 0x01), 3)]
     chunks = _say(_fake(key, split=split), jumps)
     noise: list[bytes] = []
@@ -953,7 +978,7 @@ UNKNOWN_TO_SPHEROV2 = {0x0A: "memory busy", 0x0B: "bad password"}
 """Codes of the maker's table that spherov2 does not have: it gives up on the stream."""
 
 
-def test_spherov2_names_its_codes_as_we_do():
+def test_spherov2_names_its_codes_as_we_do() -> None:
     codes = {code for code in range(0x100) if V1.verdict(code) is not Verdict.UNLISTED}
     assert codes == {*TheirPacket.Error} | UNKNOWN_TO_SPHEROV2.keys()
     assert {code: V1.code_name(code) for code in UNKNOWN_TO_SPHEROV2} == UNKNOWN_TO_SPHEROV2
@@ -961,7 +986,7 @@ def test_spherov2_names_its_codes_as_we_do():
 
 
 @pytest.mark.parametrize("code", UNKNOWN_TO_SPHEROV2)
-def test_codes_that_spherov2_does_not_know_it_still_does_not(code):
+def test_codes_that_spherov2_does_not_know_it_still_does_not(code: int) -> None:
     frame = V1.encode_response(Response(1, code))
     with pytest.raises(ValueError, match=str(code)):
         _theirs([frame])
@@ -975,12 +1000,12 @@ ANSWERS = st.builds(Response, BYTE | MEAN, st.sampled_from([*TheirPacket.Error])
 NEWS = st.builds(Notification, st.none(), BYTE | MEAN, DATA | st.binary(min_size=250, max_size=600))
 
 
-def _frame(packet: Response | Notification) -> bytes:
+def _frame(packet: Said) -> bytes:
     return V1.encode_response(packet) if isinstance(packet, Response) else V1.encode_notification(packet)
 
 
 @given(BYTE, BYTE, BYTE | MEAN, DATA)
-def test_any_command_of_spherov2_decodes(did, cid, seq, data):
+def test_any_command_of_spherov2_decodes(did: int, cid: int, seq: int, data: bytes) -> None:
     frame = bytes(TheirPacket.Request(did, cid, seq, bytearray(data)).build())
     decoder = V1.decoder(Role.ROBOT)
     packets = decoder.feed(frame)
@@ -993,7 +1018,7 @@ def test_any_command_of_spherov2_decodes(did, cid, seq, data):
 
 
 @given(ANSWERS | NEWS)
-def test_any_frame_of_ours_is_one_of_theirs(packet):
+def test_any_frame_of_ours_is_one_of_theirs(packet: Said) -> None:
     frame = _frame(packet)
     (their,) = _theirs([frame])
     assert bytes(their.build()) == frame
@@ -1002,7 +1027,7 @@ def test_any_frame_of_ours_is_one_of_theirs(packet):
 
 
 @given(st.lists(ANSWERS | NEWS, max_size=5), st.lists(st.integers(0, 1500), max_size=8))
-def test_any_conversation_in_any_cut_reads_alike(packets, cuts):
+def test_any_conversation_in_any_cut_reads_alike(packets: list[Said], cuts: list[int]) -> None:
     stream = b"".join(map(_frame, packets))
     ends = sorted({0, len(stream), *(cut for cut in cuts if cut < len(stream))})
     chunks = [stream[start:end] for start, end in pairwise(ends)]
@@ -1016,7 +1041,7 @@ def test_any_conversation_in_any_cut_reads_alike(packets, cuts):
     ]
 
 
-def test_spherov2_counts_as_far_as_we_do():
+def test_spherov2_counts_as_far_as_we_do() -> None:
     manager = TheirPacket.Manager()
     turns = [manager.new_packet(0x00, 0x01, None).seq for _ in range(2 * len(V1.sequence_numbers))]
     assert turns == [*V1.sequence_numbers, *V1.sequence_numbers]

@@ -1,14 +1,17 @@
 """A robot in trouble: it sleeps, loses the line, starts anew, is asked too much at once."""
 
+from collections.abc import Sequence
+
 import pytest
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.leds import led_commands
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Malformed, Notification, Response, Role
+from sphero_probe.protocol.packets import Command, Malformed, Notification, Packet, Response, Role
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
 from sphero_probe.simulator.command_queue import SERVICE
 from sphero_probe.simulator.robot import BOOTING
+from tests.support.narrowing import every, only
 
 ECHO, WAKE, BATTERY, SLEEP = (Command(*pair) for pair in ((0x10, 0), (0x13, 0x0D), (0x13, 0x10), (0x13, 1)))
 PING = Command(0x00, 0x01)
@@ -20,28 +23,28 @@ WARNED, SLEPT, AWAKE = (0x13, 0x19), (0x13, 0x1A), (0x13, 0x11)
 class Host:
     """A host at the other end of one robot, with the time in its hand."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self.executed: list[Executed] = []
         self.robot = FakeRobot(parse_settings(text), self.executed.append)
         self.codec = CODECS[self.robot.model.generation]
         self.decoder = self.codec.decoder(Role.HOST)
 
-    def write(self, *commands, now=0.0, **flags):
+    def write(self, *commands: Command, now: float = 0.0, **flags: bool) -> None:
         for seq, command in enumerate(commands):
             self.robot.hear(self.codec.encode_command(command, seq, **flags), now=now)
 
-    def hear(self, now):
+    def hear(self, now: float) -> list[Packet]:
         return self.decoder.feed(b"".join(self.robot.speak(now=now)))
 
-    def ask(self, *commands, now=0.0, **flags):
+    def ask(self, *commands: Command, now: float = 0.0, **flags: bool) -> list[Packet]:
         self.write(*commands, now=now, **flags)
         return self.hear(now)
 
-    def news(self, now):
+    def news(self, now: float) -> list[tuple[int | None, int]]:
         return [(one.did, one.cid) for one in self.hear(now) if isinstance(one, Notification)]
 
 
-def _seqs(packets):
+def _seqs(packets: Sequence[Packet]) -> list[int]:
     return [packet.seq for packet in packets if isinstance(packet, Response)]
 
 
@@ -53,7 +56,7 @@ def _seqs(packets):
         pytest.param(0.5, [(0.5, SLEPT)], id="half a second"),
     ],
 )
-def test_it_sleeps_when_nothing_was_heard(after, turns):
+def test_it_sleeps_when_nothing_was_heard(after: float, turns: list[tuple[float, tuple[int, int]]]) -> None:
     host = Host(f"bolt?sleep_after={after}s")
     assert _seqs(host.ask(ECHO, now=100.0)) == [0]
     for when, pair in turns:
@@ -63,11 +66,13 @@ def test_it_sleeps_when_nothing_was_heard(after, turns):
     assert host.robot.next_time() is None
     assert host.ask(ECHO, BATTERY, now=300.0) == []
     answer, news = host.ask(WAKE, now=301.0)
+    assert isinstance(answer, Response)
+    assert isinstance(news, Notification)
     assert (answer.code, news.cid) == (0, 0x11)
     assert _seqs(host.ask(ECHO, now=301.0)) == [0]
 
 
-def test_only_activity_keeps_it_awake():
+def test_only_activity_keeps_it_awake() -> None:
     host = Host("bolt?sleep_after=60s")
     host.ask(ECHO, now=0.0)
     assert _seqs(host.ask(ECHO, now=40.0, activity=False)) == [0]
@@ -76,14 +81,14 @@ def test_only_activity_keeps_it_awake():
     assert host.news(105.0) == [SLEPT]
 
 
-def test_who_was_woken_sleeps_again_whatever_the_flag():
+def test_who_was_woken_sleeps_again_whatever_the_flag() -> None:
     host = Host("bolt?sleep_after=5s")
     assert host.ask(SLEEP, now=0.0)
     assert host.ask(WAKE, now=10.0, activity=False)
     assert host.news(15.0) == [SLEPT]
 
 
-def test_a_short_sleep_of_the_first_generation():
+def test_a_short_sleep_of_the_first_generation() -> None:
     host = Host("bb8?sleep_after=20s")
     host.ask(PING, now=0.0)
     assert host.news(10.0) == [(None, 0x05)]
@@ -93,7 +98,7 @@ def test_a_short_sleep_of_the_first_generation():
     assert _seqs(host.ask(PING, now=22.0)) == [0]
 
 
-def test_connecting_wakes_no_robot_that_has_a_command_for_it():
+def test_connecting_wakes_no_robot_that_has_a_command_for_it() -> None:
     host = Host("bolt?sleep_after=5s")
     assert host.news(0.0) == []
     assert host.news(5.0) == [SLEPT]
@@ -103,7 +108,7 @@ def test_connecting_wakes_no_robot_that_has_a_command_for_it():
 
 
 @pytest.mark.parametrize("number", [1, 3])
-def test_the_line_drops_after_so_many_commands_and_again(number):
+def test_the_line_drops_after_so_many_commands_and_again(number: int) -> None:
     host = Host(f"bolt?disconnect_after={number}")
     for connection in range(1, 4):
         assert (host.robot.connected, host.robot.connection) == (True, connection)
@@ -114,7 +119,7 @@ def test_the_line_drops_after_so_many_commands_and_again(number):
     assert len(host.executed) == 3 * number
 
 
-def test_commands_in_one_write_count_each():
+def test_commands_in_one_write_count_each() -> None:
     host = Host("bolt?disconnect_after=2")
     host.robot.hear(b"".join(host.codec.encode_command(ECHO, seq) for seq in range(5)), now=0.0)
     assert _seqs(host.hear(0.0)) == [0, 1]
@@ -122,7 +127,7 @@ def test_commands_in_one_write_count_each():
 
 
 @pytest.mark.parametrize("delay", ["latency=10ms", "queue=4", "interval=30ms"])
-def test_what_is_in_the_air_when_the_line_drops_is_lost(delay):
+def test_what_is_in_the_air_when_the_line_drops_is_lost(delay: str) -> None:
     host = Host(f"bolt?disconnect_after=2&{delay}")
     host.write(ECHO, now=0.0)
     assert _seqs(host.hear(0.5)) == [0]
@@ -135,7 +140,7 @@ def test_what_is_in_the_air_when_the_line_drops_is_lost(delay):
     assert _seqs(host.hear(5.0)) == [0]
 
 
-def test_a_new_connection_knows_nothing_of_half_a_packet():
+def test_a_new_connection_knows_nothing_of_half_a_packet() -> None:
     host = Host("bolt")
     frame = host.codec.encode_command(ECHO, 9)
     host.robot.hear(frame[:4], now=0.0)
@@ -145,7 +150,7 @@ def test_a_new_connection_knows_nothing_of_half_a_packet():
     assert host.robot.malformed == 0
 
 
-def test_a_robot_does_not_change_when_the_line_does():
+def test_a_robot_does_not_change_when_the_line_does() -> None:
     host = Host("bolt")
     host.ask(LAMP["bolt"], SET_NAME["bolt"])
     lamps = host.robot.leds
@@ -157,7 +162,7 @@ def test_a_robot_does_not_change_when_the_line_does():
 
 @pytest.mark.parametrize("trigger", [b"", bytes(11), b"\1"], ids=["empty", "wrong length", "one byte"])
 @pytest.mark.parametrize(("model", "read"), [("bolt", ECHO), ("bb8", PING)])
-def test_a_reboot_is_silence_and_then_a_greeting(model, read, trigger):
+def test_a_reboot_is_silence_and_then_a_greeting(model: str, read: Command, trigger: bytes) -> None:
     host = Host(f"{model}?reboot_on=0x00:0x77")
     host.ask(SET_NAME[model], LAMP[model])
     assert any(host.robot.leds.values())
@@ -171,6 +176,7 @@ def test_a_reboot_is_silence_and_then_a_greeting(model, read, trigger):
     assert host.robot.next_time() == 1.0 + BOOTING
     (greeting,) = host.hear(1.0 + BOOTING) or [Malformed(b"u>", "a prompt, told with the next packet")]
     if model == "bolt":
+        assert isinstance(greeting, Notification)
         assert (greeting.did, greeting.cid) == AWAKE
     packets = host.ask(read, now=3.0)
     assert _seqs(packets) == [0]
@@ -179,7 +185,7 @@ def test_a_reboot_is_silence_and_then_a_greeting(model, read, trigger):
     assert host.robot.name == "Rey"
 
 
-def test_nobody_hears_a_greeting_without_a_line():
+def test_nobody_hears_a_greeting_without_a_line() -> None:
     host = Host("bolt?reboot_on=0x13:0x10")
     host.ask(BATTERY)
     assert host.hear(60.0) == []
@@ -188,10 +194,10 @@ def test_nobody_hears_a_greeting_without_a_line():
     assert _seqs(host.ask(ECHO, now=62.0)) == [0]
 
 
-def test_a_reboot_ends_streams_and_what_was_set_for_now():
+def test_a_reboot_ends_streams_and_what_was_set_for_now() -> None:
     host = Host("bolt?reboot_on=0x13:0x2a")
     stream = Command(0x18, 0x00, bytes.fromhex("00640000070000"))
-    assert host.ask(stream)[0].code == 0
+    assert only(Response, host.ask(stream)).code == 0
     assert host.news(0.25) == [(0x18, 0x02)] * 2
     host.write(Command(0x13, 0x2A), now=0.25)
     host.robot.connect(now=0.3)
@@ -199,7 +205,7 @@ def test_a_reboot_ends_streams_and_what_was_set_for_now():
     assert host.robot.next_time() is None
 
 
-def test_a_sleeper_does_not_hear_what_would_reboot_it():
+def test_a_sleeper_does_not_hear_what_would_reboot_it() -> None:
     host = Host("bolt?reboot_on=0x13:0x10")
     host.ask(SLEEP)
     assert host.ask(BATTERY, now=1.0) == []
@@ -207,7 +213,7 @@ def test_a_sleeper_does_not_hear_what_would_reboot_it():
     assert host.ask(WAKE, now=2.0)
 
 
-def test_time_until_sleep_starts_with_the_boot():
+def test_time_until_sleep_starts_with_the_boot() -> None:
     host = Host("bolt?reboot_on=0x13:0x10&sleep_after=5s")
     host.ask(BATTERY)
     host.robot.connect(now=0.0)
@@ -216,7 +222,7 @@ def test_time_until_sleep_starts_with_the_boot():
 
 
 @pytest.mark.parametrize("number", [5, 9, 10, 30])
-def test_a_burst_beyond_the_queue_loses_the_surplus(number):
+def test_a_burst_beyond_the_queue_loses_the_surplus(number: int) -> None:
     host = Host("bolt?queue=8")
     host.write(*[ECHO] * number, now=0.0)
     assert host.hear(0.0) == []
@@ -224,40 +230,40 @@ def test_a_burst_beyond_the_queue_loses_the_surplus(number):
     assert len(host.executed) == min(number, 9)
 
 
-def test_a_burst_beyond_the_queue_may_be_told_so():
+def test_a_burst_beyond_the_queue_may_be_told_so() -> None:
     host = Host("bolt?queue=2&overflow=busy")
     host.write(*[ECHO] * 5, now=0.0)
-    codes = {packet.seq: packet.code for packet in host.hear(1.0)}
+    codes = {packet.seq: packet.code for packet in every(Response, host.hear(1.0))}
     assert codes == {0: 0x00, 1: 0x00, 2: 0x00, 3: 0x08, 4: 0x08}
     assert len(host.executed) == 3
 
 
-def test_serving_takes_the_time_that_is_set():
+def test_serving_takes_the_time_that_is_set() -> None:
     host = Host("bolt?queue=8&service=250ms")
     host.write(ECHO, ECHO, now=0.0)
     assert _seqs(host.hear(0.25)) == [0]
     assert _seqs(host.hear(0.5)) == [1]
 
 
-def test_who_waits_for_service_loses_nothing():
+def test_who_waits_for_service_loses_nothing() -> None:
     host = Host("bolt?queue=1")
     for number in range(50):
         host.write(ECHO, now=number * 2 * SERVICE)
     assert len(_seqs(host.hear(9.0))) == 50
 
 
-def test_a_queue_executes_in_order_with_what_happens_by_itself():
+def test_a_queue_executes_in_order_with_what_happens_by_itself() -> None:
     host = Host("bolt?queue=8")
     host.write(ECHO, SLEEP, BATTERY, now=0.0)
     assert _seqs(host.hear(1.0)) == [0, 1]
     assert [(one.did, one.cid) for one in host.executed] == [(0x10, 0), (0x13, 1)]
 
 
-def test_events_carry_what_they_can_and_no_more():
+def test_events_carry_what_they_can_and_no_more() -> None:
     host = Host("bolt?interval=30ms&per_event=4")
     assert host.hear(0.0) == []
     host.write(*[ECHO] * 10, now=0.0)
-    arrived, now = [], 0.0
+    arrived = []
     while (now := host.robot.next_time()) is not None:
         chunks = host.robot.speak(now=now)
         assert len(chunks) <= 4
@@ -266,19 +272,19 @@ def test_events_carry_what_they_can_and_no_more():
     assert len(host.executed) == 10
 
 
-def test_reordered_answers_all_come():
+def test_reordered_answers_all_come() -> None:
     host = Host("bolt?reorder=0.4&seed=3")
     host.write(*[ECHO] * 100, now=0.0)
     seqs = _seqs(host.hear(0.0)) + _seqs(host.hear(1.0))
     assert sorted(seqs) == list(range(100)) != seqs
 
 
-def test_equal_settings_give_equal_trouble():
+def test_equal_settings_give_equal_trouble() -> None:
     text = (
         "bolt?seed=5&reorder=.3&loss=.1&queue=2&interval=15ms&per_event=2&disconnect_after=9&reboot_on=19:16"
     )
 
-    def play():
+    def play() -> tuple[list[tuple[bool, list[bytes]]], list[Executed], int]:
         host, said = Host(text), []
         for step in range(400):
             host.write(BATTERY if step % 50 == 49 else ECHO, now=step * 0.01)

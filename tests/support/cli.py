@@ -1,7 +1,8 @@
-"""What the ``cli`` fixture gives."""
+"""What the ``cli`` fixture gives, and how to read it."""
 
+import json
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Ran(NamedTuple):
@@ -11,3 +12,8 @@ class Ran(NamedTuple):
 
 
 Cli = Callable[..., Ran]
+
+
+def objects(text: str) -> list[dict[str, Any]]:
+    """The JSON objects in a text of one a line."""
+    return [json.loads(line) for line in text.splitlines()]

@@ -37,6 +37,28 @@ CODEC = CODECS[V2]
 BOLT = ROBOTS["bolt"]
 PRIMARY, SECONDARY = 0x11, 0x12
 
+FINDING_KEYS = [
+    "number",
+    "target",
+    "did",
+    "cid",
+    "name",
+    "risk",
+    "outcome",
+    "confidence",
+    "code",
+    "code_name",
+    "payload",
+    "fields",
+    "units",
+    "sent",
+    "received",
+    "rtt_ms",
+    "attempts",
+    "note",
+]
+"""The columns of a finding, in their order."""
+
 HOSTILE = "BP\x1b]0;pwn\x07\x9b31m\u202e\u200b\n\t=1+1[bold]:smile:\ud800\U000e0041\u2028"
 """A terminal title, colours, bidi, zero width, a lone surrogate, a tag, separators, markup, a formula."""
 

@@ -3,7 +3,7 @@
 import asyncio
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,6 +35,7 @@ from sphero_probe.errors import (
 from sphero_probe.transports.ble import explain as explaining
 from sphero_probe.transports.ble.explain import explain, step
 from sphero_probe.transports.ble.wording import LastingFailureError
+from tests.support.cli import Cli
 from tests.support.fake_bluez import ACCESS_DENIED, CHILD_EXITED, Adapter, BusFaults, Faults
 from tests.support.fake_bluez_stage import ADDRESS, PATIENCE, Stage, limit, said
 
@@ -44,12 +45,6 @@ INFO = ("info", "-d", ADDRESS, "--connect-timeout", "0.2")
 FAILED = "org.bluez.Error.Failed"
 PLATFORMS = ("linux", "darwin", "win32")
 STEPS = ("scan", "connect", "services", "handshake", "notify", "write")
-
-
-@pytest.fixture
-def stage(cli, monkeypatch):
-    monkeypatch.setattr("sphero_probe.transports.ble.connection._PAUSES", (0.0, 0.0))
-    return Stage(cli, monkeypatch)
 
 
 @contextmanager
@@ -72,14 +67,16 @@ def socket_file() -> Iterator[Path]:
         pytest.param("unix:path=", "Invalid argument", id="empty-path"),
     ],
 )
-def test_no_bus(cli, monkeypatch, command, address, text):
+def test_no_bus(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], address: str, text: str
+) -> None:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", address)
     with limit(PATIENCE):
         ran = cli(*command)
     said(ran, text, code=9)
 
 
-def test_a_socket_that_nobody_listens_at(cli, monkeypatch):
+def test_a_socket_that_nobody_listens_at(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     with socket_file() as path, limit(PATIENCE):
         with socket.socket(socket.AF_UNIX) as dead:
             dead.bind(str(path))
@@ -89,7 +86,7 @@ def test_a_socket_that_nobody_listens_at(cli, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not stop root")
-def test_a_socket_that_this_user_may_not_use(cli, monkeypatch):
+def test_a_socket_that_this_user_may_not_use(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     with socket_file() as path, socket.socket(socket.AF_UNIX) as closed, limit(PATIENCE):
         closed.bind(str(path))
         closed.listen()
@@ -162,7 +159,14 @@ def test_a_socket_that_this_user_may_not_use(cli, monkeypatch):
         ),
     ],
 )
-def test_a_machine_that_is_not_ready(stage, command, faults, adapters, text, hint):
+def test_a_machine_that_is_not_ready(
+    stage: Stage,
+    command: tuple[str, ...],
+    faults: dict[str, Any],
+    adapters: tuple[Adapter],
+    text: str,
+    hint: str,
+) -> None:
     ran = stage.run([stage.robot()], *command, adapters=adapters, faults=BusFaults(**faults))
     said(ran, text, code=9)
     assert hint in ran.err.splitlines()[1]
@@ -170,7 +174,7 @@ def test_a_machine_that_is_not_ready(stage, command, faults, adapters, text, hin
 
 
 @pytest.mark.parametrize("member", ["Connect", "WriteValue", "StartNotify"])
-def test_a_bus_that_dies_while_connecting(stage, member):
+def test_a_bus_that_dies_while_connecting(stage: Stage, member: str) -> None:
     ran = stage.run([stage.robot("bolt", gate=True)], *INFO, faults=BusFaults(hangs_up_at=member))
     said(ran, "the connection to D-Bus broke", code=9)
 
@@ -189,19 +193,21 @@ def test_a_bus_that_dies_while_connecting(stage, member):
         pytest.param(INFO, (), "no Bluetooth adapter", "plug one in", id="none-at-all"),
     ],
 )
-def test_a_wrong_adapter_is_told_with_those_there_are(stage, command, adapters, text, hint):
+def test_a_wrong_adapter_is_told_with_those_there_are(
+    stage: Stage, command: tuple[str, ...], adapters: tuple[Adapter, ...], text: str, hint: str
+) -> None:
     ran = stage.run([stage.robot()], *command, "--adapter", "hci7", adapters=adapters)
     said(ran, text, code=9)
     assert hint in ran.err.splitlines()[1]
 
 
-def test_an_adapter_that_is_off_is_not_the_robots_fault(stage):
+def test_an_adapter_that_is_off_is_not_the_robots_fault(stage: Stage) -> None:
     off = (Adapter(), Adapter("hci1", powered=False))
     ran = stage.run([stage.robot()], *INFO, "--adapter", "hci1", adapters=off)
     said(ran, "the Bluetooth adapter is switched off", code=9)
 
 
-def test_an_address_that_nobody_has(stage):
+def test_an_address_that_nobody_has(stage: Stage) -> None:
     ran = stage.run([stage.robot()], "info", "-d", "AA:BB:CC:DD:EE:99", "--connect-timeout", "0.2")
     said(ran, "AA:BB:CC:DD:EE:99", code=3)
     assert "is it awake" in ran.err
@@ -213,13 +219,15 @@ def test_an_address_that_nobody_has(stage):
     [{"mute": True}, {"unanswered": frozenset({"*"})}, {"unanswered": frozenset({"StartDiscovery"})}],
     ids=["bus", "bluez", "scan"],
 )
-def test_a_bus_that_never_answers(stage, monkeypatch, command, faults):
+def test_a_bus_that_never_answers(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], faults: dict[str, Any]
+) -> None:
     monkeypatch.setattr("sphero_probe.transports.ble.scanner.GRACE", 0.1)
     ran = stage.run([stage.robot()], *command, faults=BusFaults(**faults))
     said(ran, "the Bluetooth service does not answer", code=9)
 
 
-def test_a_bluez_that_falls_silent_while_connecting(stage, monkeypatch):
+def test_a_bluez_that_falls_silent_while_connecting(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sphero_probe.transports.ble.connection.PATIENCE", 0.1)
     silent = BusFaults(unanswered=frozenset({"Connect", "Disconnect"}))
     ran = stage.run([stage.robot()], *INFO, faults=silent)
@@ -227,13 +235,13 @@ def test_a_bluez_that_falls_silent_while_connecting(stage, monkeypatch):
 
 
 @pytest.mark.parametrize("member", ["WriteValue", "StartNotify"])
-def test_a_call_without_a_reply_is_bounded(stage, member):
+def test_a_call_without_a_reply_is_bounded(stage: Stage, member: str) -> None:
     silent = BusFaults(unanswered=frozenset({member}))
     ran = stage.run([stage.robot("bolt", gate=True)], *INFO, faults=silent)
     said(ran, "no answer in time; it has: Sphero V2 gate, Sphero V2 API (3 attempts", code=4)
 
 
-def test_a_hostile_reason_is_bounded_and_harmless(stage):
+def test_a_hostile_reason_is_bounded_and_harmless(stage: Stage) -> None:
     robot = stage.robot(faults=Faults(connect_errors=("\x1b[31m" + "x" * 4000,) * 3))
     ran = stage.run([robot], *INFO)
     said(ran, "connect: ", code=4)
@@ -242,6 +250,7 @@ def test_a_hostile_reason_is_bounded_and_harmless(stage):
 
 def errors_of_bleak() -> Iterator[Any]:
     """What bleak raises on any system, and what becomes of it: error, step, platform, kind, texts."""
+    error: Exception
     off, no, denied = "switched off", "no Bluetooth adapter", "denie"
     for reason, platform, *texts in (
         (Reason.NO_BLUETOOTH, "darwin", no, "fake:bolt-plus"),
@@ -368,7 +377,32 @@ def errors_of_bleak() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("error", "doing", "platform", "kind", "texts"), list(errors_of_bleak()))
-def test_each_error_of_bleak_has_words(error, doing, platform, kind, texts):
+def test_each_error_of_bleak_has_words(
+    error: AuthError
+    | BleakBluetoothNotAvailableError
+    | BleakCharacteristicNotFoundError
+    | BleakDeviceNotFoundError
+    | BleakError
+    | BrokenPipeError
+    | ConnectionRefusedError
+    | ConnectionResetError
+    | DBusFastError
+    | EOFError
+    | FileNotFoundError
+    | InvalidAddressError
+    | LinkLostError
+    | OSError
+    | PermissionError
+    | TimeoutError
+    | asyncio.IncompleteReadError,
+    doing: str,
+    platform: str,
+    kind: type[ConnectionFailedError]
+    | type[LinkLostError]
+    | type[RobotNotFoundError]
+    | type[UnavailableError],
+    texts: list[str],
+) -> None:
     told = explain(error, doing, platform)
     assert isinstance(told, kind)
     for text in texts:
@@ -420,7 +454,16 @@ def test_each_error_of_bleak_has_words(error, doing, platform, kind, texts):
         ),
     ],
 )
-def test_each_error_of_the_bus_has_words(name, details, doing, kind, text):
+def test_each_error_of_the_bus_has_words(
+    name: str,
+    details: str,
+    doing: str,
+    kind: type[ConnectionFailedError]
+    | type[LastingFailureError]
+    | type[RobotNotFoundError]
+    | type[UnavailableError],
+    text: str,
+) -> None:
     told = explain(BleakDBusError(name, [details] if details else []), doing, "linux")
     assert isinstance(told, kind)
     assert text in str(told)
@@ -428,7 +471,7 @@ def test_each_error_of_the_bus_has_words(name, details, doing, kind, text):
 
 
 @pytest.mark.parametrize("platform", PLATFORMS)
-def test_each_reason_has_words_of_its_own(platform):
+def test_each_reason_has_words_of_its_own(platform: str) -> None:
     told = [str(explain(BleakBluetoothNotAvailableError("", reason), "scan", platform)) for reason in Reason]
     assert len(set(told)) == len(Reason)
 
@@ -444,7 +487,7 @@ def test_each_reason_has_words_of_its_own(platform):
         (0x77, "linux", ("ATT error 0x77, not in the specification", "wake the robot")),
     ],
 )
-def test_gatt_errors_are_told_by_name(code, platform, texts):
+def test_gatt_errors_are_told_by_name(code: int, platform: str, texts: tuple[str, str]) -> None:
     told = explain(BleakGATTProtocolError(code), "handshake", platform)
     assert isinstance(told, LastingFailureError)
     assert str(told).startswith("handshake: ")
@@ -464,7 +507,11 @@ def test_gatt_errors_are_told_by_name(code, platform, texts):
     st.sampled_from(STEPS),
     st.sampled_from(PLATFORMS),
 )
-def test_whatever_is_raised_becomes_short_words_and_a_hint(error, doing, platform):
+def test_whatever_is_raised_becomes_short_words_and_a_hint(
+    error: Exception,
+    doing: str,
+    platform: str,
+) -> None:
     told = explain(error, doing, platform)
     assert isinstance(told, SpheroProbeError)
     assert told.exit_code in (3, 4, 9)
@@ -474,7 +521,7 @@ def test_whatever_is_raised_becomes_short_words_and_a_hint(error, doing, platfor
         assert told.exit_code != ConnectionFailedError.exit_code
 
 
-def test_adapters_that_cannot_be_asked_for_make_nothing_worse(monkeypatch):
+def test_adapters_that_cannot_be_asked_for_make_nothing_worse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", "unix:path=/no/such/socket")
 
     async def fail() -> None:
@@ -500,5 +547,5 @@ def test_adapters_that_cannot_be_asked_for_make_nothing_worse(monkeypatch):
         pytest.param(("x" * 5000,), "x" * 36, id="endless"),
     ],
 )
-def test_services_are_told_briefly(uuids, words):
+def test_services_are_told_briefly(uuids: Sequence[str], words: str) -> None:
     assert list_services(uuids) == words

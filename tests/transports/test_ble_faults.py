@@ -3,6 +3,7 @@
 import json
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,12 +15,6 @@ SWEEP = ("sweep", "--did", "0x13", "--cid", f"0x00-0x{CIDS - 1:02x}", "--format"
 INFO = ("info", "-d", ADDRESS)
 QUICK = ("--connect-timeout", "0.3")
 PHRASE_SIZE = 18
-
-
-@pytest.fixture
-def stage(cli, monkeypatch):
-    monkeypatch.setattr("sphero_probe.transports.ble.connection._PAUSES", (0.0, 0.0))
-    return Stage(cli, monkeypatch)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +34,7 @@ def stage(cli, monkeypatch):
         ),
     ],
 )
-def test_a_sweep_is_complete_and_true(stage, faults, mtu, connects):
+def test_a_sweep_is_complete_and_true(stage: Stage, faults: Faults, mtu: int, connects: int) -> None:
     robot = stage.robot(faults=faults, mtu=mtu)
     patience = ("--timeout", "0.2") if faults.lose_every else ()
     ran = stage.run([robot], *SWEEP, *patience, *QUICK)
@@ -69,7 +64,9 @@ def test_a_sweep_is_complete_and_true(stage, faults, mtu, connects):
         pytest.param({"gate": True}, {"drop_at_write": 1}, 4, "handshake: the robot dropped", id="handshake"),
     ],
 )
-def test_what_passes_is_tried_three_times(stage, profile, faults, code, text):
+def test_what_passes_is_tried_three_times(
+    stage: Stage, profile: dict[str, Any], faults: dict[str, Any], code: int, text: str
+) -> None:
     robot = stage.robot("bolt", faults=Faults(**faults), **profile)
     ran = stage.run([robot], *INFO, *QUICK)
     said(ran, text, code=code)
@@ -105,14 +102,16 @@ def test_what_passes_is_tried_three_times(stage, profile, faults, code, text):
         ),
     ],
 )
-def test_what_cannot_end_otherwise_is_tried_once(stage, profile, faults, texts):
+def test_what_cannot_end_otherwise_is_tried_once(
+    stage: Stage, profile: dict[str, Any], faults: dict[str, Any], texts: tuple[str, ...]
+) -> None:
     ran = stage.run([stage.robot("bolt", faults=Faults(**faults), **profile)], *INFO, *QUICK)
     for text in texts:
         said(ran, text, code=4)
     assert len(stage.bluez.called("Connect")) == 1
 
 
-def test_a_failing_subscription_names_the_step_and_the_services(stage):
+def test_a_failing_subscription_names_the_step_and_the_services(stage: Stage) -> None:
     refused = BusFaults(
         errors={"StartNotify": ("org.bluez.Error.Failed", "Operation failed with ATT error: 0x11")}
     )
@@ -121,12 +120,13 @@ def test_a_failing_subscription_names_the_step_and_the_services(stage):
     said(ran, "it has: Sphero V2 API", code=4)
 
 
-def test_verbose_tells_each_step_and_why_it_is_repeated(stage):
+def test_verbose_tells_each_step_and_why_it_is_repeated(stage: Stage) -> None:
     robot = stage.robot(
         "bolt", gate=True, faults=Faults(connect_errors=("Page Timeout",), drops_in_discovery=1)
     )
     ran = stage.run([robot], *INFO, "-v", "--connect-timeout", "1")
     assert ran.code == 0, ran.err
+    assert isinstance(robot.name, str)
     steps = [line.split(" s  ", 1)[1] for line in ran.err.splitlines()]
     assert steps[:3] == ["scan", "connect", "connect, attempt 2: connect: no answer in time"]
     assert "connect, attempt 3: services: the robot dropped the link" in steps
@@ -134,7 +134,7 @@ def test_verbose_tells_each_step_and_why_it_is_repeated(stage):
     assert steps[-2:] == ["wake", "first answer"]
 
 
-def test_services_that_come_slowly_are_told_from_a_connection_that_does(stage):
+def test_services_that_come_slowly_are_told_from_a_connection_that_does(stage: Stage) -> None:
     ran = stage.run([stage.robot(faults=Faults(never_resolves=True))], *INFO, "-v", *QUICK)
     steps = [line.split(" s  ", 1)[1] for line in ran.err.splitlines()[:-2]]
     again = "services: the robot is connected and does not tell which it has"
@@ -145,13 +145,13 @@ def test_services_that_come_slowly_are_told_from_a_connection_that_does(stage):
     ]
 
 
-def test_a_robot_that_drops_the_link_ends_listening(stage):
+def test_a_robot_that_drops_the_link_ends_listening(stage: Stage) -> None:
     robot = stage.robot(faults=Faults(drop_when_idle=0.1))
     ran = stage.run([robot], "listen", "-d", ADDRESS, "--seconds", "9", *QUICK)
     said(ran, "the robot closed the connection", code=4, hint=False)
 
 
-def test_a_link_that_drops_under_a_single_command_ends_it(stage):
+def test_a_link_that_drops_under_a_single_command_ends_it(stage: Stage) -> None:
     ran = stage.run(
         [stage.robot(faults=Faults(drop_at_write=1))], "send", "0x13", "0x10", "-d", ADDRESS, *QUICK
     )
@@ -166,7 +166,9 @@ def test_a_link_that_drops_under_a_single_command_ends_it(stage):
         pytest.param({"gone_after_drop": True}, id="out-of-range"),
     ],
 )
-def test_a_link_lost_for_good_keeps_what_was_found(stage, monkeypatch, faults, tmp_path):
+def test_a_link_lost_for_good_keeps_what_was_found(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch, faults: dict[str, Any], tmp_path: Path
+) -> None:
     monkeypatch.setattr("sphero_probe.session.reconnect.PAUSES", (0.0, 0.0))
     robot = stage.robot(faults=Faults(drop_at_write=40, **faults))
     journal = tmp_path / "run.jsonl"
@@ -181,7 +183,7 @@ def test_a_link_lost_for_good_keeps_what_was_found(stage, monkeypatch, faults, t
     assert {line["cid"] for line in kept if line.get("type") == "finding"} == set(outcomes)
 
 
-def test_a_bus_that_dies_in_a_sweep_ends_it(stage):
+def test_a_bus_that_dies_in_a_sweep_ends_it(stage: Stage) -> None:
     robot = stage.robot()
     ran = stage.run([robot], *SWEEP, *QUICK, faults=BusFaults(hangs_up_at="WriteValue"))
     said(ran, "did not come back", code=4)
@@ -189,7 +191,7 @@ def test_a_bus_that_dies_in_a_sweep_ends_it(stage):
     assert rows_of(ran, "summary")[0]["complete"] is False
 
 
-def test_a_robot_that_is_never_heard_makes_no_finding_wrong(stage):
+def test_a_robot_that_is_never_heard_makes_no_finding_wrong(stage: Stage) -> None:
     robot = stage.robot(faults=Faults(lose_every=1))
     cids = ("sweep", "--did", "0x13", "--cid", "0x03-0x05", "--format", "jsonl", "-d", ADDRESS)
     ran = stage.run([robot], *cids, "--timeout", "0.02", *QUICK)
@@ -199,7 +201,7 @@ def test_a_robot_that_is_never_heard_makes_no_finding_wrong(stage):
 
 
 @pytest.mark.parametrize("mtu", [23, 100, 247])
-def test_a_long_frame_goes_out_in_slices_that_fit(stage, mtu):
+def test_a_long_frame_goes_out_in_slices_that_fit(stage: Stage, mtu: int) -> None:
     robot = stage.robot("bolt-plus?strict=none", mtu=mtu)
     payload = bytes(range(1, 0x8D)) + bytes(range(1, 105))
     assert len(payload) == 244
@@ -215,7 +217,7 @@ def test_a_long_frame_goes_out_in_slices_that_fit(stage, mtu):
 @pytest.mark.parametrize(
     ("chosen", "used"), [((), {"hci0", "hci1"}), (("--adapter", "hci1"), {"hci1"})], ids=["any", "hci1"]
 )
-def test_the_adapter_that_was_chosen_is_used(stage, chosen, used):
+def test_the_adapter_that_was_chosen_is_used(stage: Stage, chosen: tuple[str, str], used: set[str]) -> None:
     robot = stage.robot()
     two = (Adapter("hci0"), Adapter("hci1", address="00:1A:7D:DA:71:14"))
     ran = stage.run([robot], "send", "0x13", "0x10", "-d", ADDRESS, *chosen, *QUICK, adapters=two)
@@ -225,14 +227,14 @@ def test_the_adapter_that_was_chosen_is_used(stage, chosen, used):
     assert len(calls) == 2
 
 
-def test_what_bleak_repeats_by_itself_is_no_lost_link(stage):
+def test_what_bleak_repeats_by_itself_is_no_lost_link(stage: Stage) -> None:
     robot = stage.robot(faults=Faults(connect_errors=("le-connection-abort-by-local",) * 2))
     ran = stage.run([robot], "send", "0x13", "0x10", "-d", ADDRESS, *QUICK)
     assert ran.code == 0, ran.err
     assert len(stage.bluez.called("Connect")) == 3
 
 
-def test_a_robot_that_vanished_is_not_replaced_by_another(stage):
+def test_a_robot_that_vanished_is_not_replaced_by_another(stage: Stage) -> None:
     lost = stage.robot(faults=Faults(gone_at_connect=True, gone_after_drop=True))
     other = stage.robot("bolt", "AA:BB:CC:DD:EE:02", gate=True)
 
@@ -247,7 +249,7 @@ def test_a_robot_that_vanished_is_not_replaced_by_another(stage):
     assert other.written == []
 
 
-def test_the_phrase_goes_out_whole(stage):
+def test_the_phrase_goes_out_whole(stage: Stage) -> None:
     robot = stage.robot("bolt", gate=True, mtu=23)
     ran = stage.run([robot], "send", "0x13", "0x03", "-d", ADDRESS, *QUICK)
     assert ran.code == 0, ran.err

@@ -1,5 +1,7 @@
 """Which robot is meant by what was typed, and what is said where none can be chosen."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +17,7 @@ ONE, TWO, THREE = "AA:BB:CC:DD:EE:01", "AA:BB:CC:DD:EE:02", "AA:BB:CC:DD:EE:03"
 APPLE = "0A1B2C3D-0000-4000-8000-0A1B2C3D4E5F"
 
 
-def robot(name: str, address: str = ONE, rssi: int | None = -50, **more) -> Seen:
+def robot(name: str, address: str = ONE, rssi: int | None = -50, **more: Any) -> Seen:
     return Seen(name, robot_by_prefix(name), address, rssi, **more)
 
 
@@ -42,28 +44,28 @@ AROUND = [
         pytest.param(APPLE.lower(), "", id="address-of-macos"),
     ],
 )
-def test_the_one_that_is_meant(wanted, name):
+def test_the_one_that_is_meant(wanted: str, name: str) -> None:
     assert choose(wanted, AROUND, 10).name == name
 
 
-def test_a_whole_name_beats_those_that_begin_with_it():
+def test_a_whole_name_beats_those_that_begin_with_it() -> None:
     around = [robot("BP-12", ONE), robot("BP-123", TWO)]
     assert choose("BP-12", around, 10).address == ONE
 
 
-def test_the_very_name_beats_another_case():
+def test_the_very_name_beats_another_case() -> None:
     around = [robot("bp-12", ONE), robot("BP-12", TWO)]
     assert choose("BP-12", around, 10).address == TWO
 
 
-def test_a_name_that_is_the_address_of_another_robot_counts_for_nothing():
+def test_a_name_that_is_the_address_of_another_robot_counts_for_nothing() -> None:
     impostor = robot(TWO, ONE, generation=Generation.V2)
     assert choose(TWO, [impostor, robot("BP-1299", TWO)], 10).address == TWO
     with pytest.raises(RobotNotFoundError, match="was heard"):
         choose(TWO, [impostor], 10)
 
 
-def test_the_only_robot_is_taken_among_strangers():
+def test_the_only_robot_is_taken_among_strangers() -> None:
     strangers = [robot("Kettle", TWO), robot("", THREE)]
     assert choose("", [*strangers, robot("BP-1234")], 10).address == ONE
 
@@ -148,13 +150,13 @@ def test_the_only_robot_is_taken_among_strangers():
         ),
     ],
 )
-def test_why_none_is_chosen(wanted, around, message, hint):
+def test_why_none_is_chosen(wanted: str, around: list[Seen], message: str, hint: str) -> None:
     with pytest.raises(RobotNotFoundError) as raised:
         choose(wanted, around, 10)
     assert (str(raised.value), raised.value.hint) == (message, hint)
 
 
-def test_a_message_names_eight_robots_and_counts_the_rest():
+def test_a_message_names_eight_robots_and_counts_the_rest() -> None:
     around = [robot(f"BP-{number:04}", f"AA:BB:CC:DD:EE:{number:02X}") for number in range(20)]
     with pytest.raises(RobotNotFoundError) as raised:
         choose("", around, 10)
@@ -177,7 +179,7 @@ def test_a_message_names_eight_robots_and_counts_the_rest():
         pytest.param("K", robot("Kettle"), None, id="beginning-of-a-stranger"),
     ],
 )
-def test_how_long_namesakes_are_waited_for(wanted, seen, seconds):
+def test_how_long_namesakes_are_waited_for(wanted: str, seen: Seen, seconds: float | None) -> None:
     assert patience(wanted, seen) == seconds
     assert 0 < NAMESAKES < SETTLING
 
@@ -202,7 +204,7 @@ def outcome(wanted: str, around: list[Seen]) -> Seen | RobotNotFoundError:
 
 
 @given(names, sightings)
-def test_never_one_of_several_and_always_a_short_message(wanted, robots):
+def test_never_one_of_several_and_always_a_short_message(wanted: str, robots: list[Seen]) -> None:
     around = [seen._replace(address=f"AA:BB:CC:DD:EE:{number:02X}") for number, seen in enumerate(robots)]
     meant = [seen for seen in around if patience(wanted, seen) is not None]
     chosen = outcome(wanted, around)

@@ -2,31 +2,36 @@
 
 import asyncio
 import json
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
+from pathlib import Path
 
 import pytest
 
 from sphero_probe.errors import LinkLostError, OutputError
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation, Response, Role
+from sphero_probe.protocol.packets import Command, Generation, Notification, Response, Role
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.robot import BOOTING
-from sphero_probe.transports.base import OpenOptions
+from sphero_probe.transports.base import Connection, OpenOptions, Transport
 from sphero_probe.transports.fake import FakeTransport, open_connection
+from tests.support.narrowing import every, known, only
 from tests.support.virtual_clock import run
 
 CODEC = CODECS[Generation.V2]
+Again = Callable[[], AbstractAsyncContextManager[Connection]]
 ECHO, NAME = Command(0x10, 0x00), Command(0x19, 0x03, b"Rey\0")
 
 
-async def _all(transport):
+async def _all(transport: Transport) -> list[Response]:
     """Everything until the robot is gone, as packets."""
     said = []
     while chunk := await transport.read():
         said.append(chunk)
-    return CODEC.decoder(Role.HOST).feed(b"".join(said))
+    return every(Response, CODEC.decoder(Role.HOST).feed(b"".join(said)))
 
 
-async def _ask(transport, command, seq=0):
+async def _ask(transport: Transport, command: Command, seq: int = 0) -> Response:
     await transport.write(CODEC.encode_command(command, seq))
     decoder = CODEC.decoder(Role.HOST)
     while True:
@@ -37,8 +42,8 @@ async def _ask(transport, command, seq=0):
                 return packet
 
 
-def test_what_was_said_is_read_and_then_nothing():
-    async def work():
+def test_what_was_said_is_read_and_then_nothing() -> None:
+    async def work() -> tuple[list[int], bytes]:
         transport = FakeTransport(FakeRobot(parse_settings("bolt?disconnect_after=3")))
         for seq in range(3):
             await transport.write(CODEC.encode_command(ECHO, seq))
@@ -49,8 +54,8 @@ def test_what_was_said_is_read_and_then_nothing():
     assert run(work()) == ([0, 1, 2], b"")
 
 
-def test_a_waiting_read_ends_with_the_line():
-    async def work():
+def test_a_waiting_read_ends_with_the_line() -> None:
+    async def work() -> tuple[list[Response], float]:
         transport = FakeTransport(
             FakeRobot(parse_settings("bolt?disconnect_after=1&latency=1s&interval=30ms"))
         )
@@ -65,8 +70,8 @@ def test_a_waiting_read_ends_with_the_line():
     assert 5 < now < 5.1
 
 
-def test_a_write_notices_that_the_line_has_dropped_meanwhile():
-    async def work():
+def test_a_write_notices_that_the_line_has_dropped_meanwhile() -> None:
+    async def work() -> None:
         robot = FakeRobot(parse_settings("bolt?disconnect_after=1&interval=30ms"))
         transport = FakeTransport(robot)
         await transport.write(CODEC.encode_command(ECHO, 0))
@@ -77,8 +82,8 @@ def test_a_write_notices_that_the_line_has_dropped_meanwhile():
     run(work())
 
 
-def test_an_old_pipe_stays_dead_when_the_robot_is_reached_again():
-    async def work():
+def test_an_old_pipe_stays_dead_when_the_robot_is_reached_again() -> None:
+    async def work() -> None:
         robot = FakeRobot(parse_settings("bolt"))
         old = FakeTransport(robot)
         robot.connect(now=asyncio.get_running_loop().time())
@@ -91,25 +96,25 @@ def test_an_old_pipe_stays_dead_when_the_robot_is_reached_again():
     run(work())
 
 
-def _pairs(path):
+def _pairs(path: Path) -> list[tuple[int, int]]:
     return [(line["did"], line["cid"]) for line in map(json.loads, path.read_text().splitlines())]
 
 
 @pytest.mark.parametrize(
     "nested", [True, False], ids=["while the first is open", "after the first is closed"]
 )
-def test_again_is_the_very_same_robot_and_the_ledger_goes_on(tmp_path, nested):
+def test_again_is_the_very_same_robot_and_the_ledger_goes_on(tmp_path: Path, nested: bool) -> None:
     ledger, truth = tmp_path / "ledger", tmp_path / "truth"
     ledger.write_text("from another day\n")
 
-    async def reach(again):
-        async with again() as connection:
+    async def reach(again: Again | None) -> Again | None:
+        async with known(again)() as connection:
             assert connection.name == "Rey"
             assert (await _ask(connection.transport, ECHO)).code == 0
             assert len(_pairs(ledger)) == 2
             return connection.again
 
-    async def work():
+    async def work() -> None:
         address = f"bolt?disconnect_after=1&ledger={ledger}&truth={truth}"
         async with open_connection(address, OpenOptions()) as first:
             assert (await _ask(first.transport, NAME)).code == 0
@@ -120,7 +125,7 @@ def test_again_is_the_very_same_robot_and_the_ledger_goes_on(tmp_path, nested):
                 again = await reach(first.again)
         if not nested:
             again = await reach(first.again)
-        async with again() as last:
+        async with known(again)() as last:
             assert (await _ask(last.transport, ECHO)).code == 0
             assert last.address == first.address
         assert truth.read_text() == written
@@ -131,11 +136,11 @@ def test_again_is_the_very_same_robot_and_the_ledger_goes_on(tmp_path, nested):
     assert list(map(json.loads, truth.read_text().splitlines())) == [fact.as_json() for fact in facts]
 
 
-def test_two_openings_of_one_address_are_two_robots():
-    async def work():
+def test_two_openings_of_one_address_are_two_robots() -> None:
+    async def work() -> None:
         async with open_connection("bolt", OpenOptions()) as one:
             await _ask(one.transport, NAME)
-            async with one.again() as same:
+            async with known(one.again)() as same:
                 assert same.name == "Rey"
         async with open_connection("bolt", OpenOptions()) as other:
             assert other.name != "Rey"
@@ -143,15 +148,15 @@ def test_two_openings_of_one_address_are_two_robots():
     run(work())
 
 
-def test_a_reboot_over_the_pipe():
-    async def work():
+def test_a_reboot_over_the_pipe() -> None:
+    async def work() -> None:
         async with open_connection("bolt?reboot_on=0x13:0x10", OpenOptions()) as first:
             loop = asyncio.get_running_loop()
             await first.transport.write(CODEC.encode_command(Command(0x13, 0x10), 0))
             assert await first.transport.read() == b""
-            async with first.again() as second:
+            async with known(first.again)() as second:
                 await second.transport.write(CODEC.encode_command(ECHO, 1))
-                (greeting,) = CODEC.decoder(Role.HOST).feed(await second.transport.read())
+                greeting = only(Notification, CODEC.decoder(Role.HOST).feed(await second.transport.read()))
                 assert (greeting.did, greeting.cid) == (0x13, 0x11)
                 assert loop.time() == BOOTING
                 assert (await _ask(second.transport, ECHO, 2)).seq == 2
@@ -159,10 +164,10 @@ def test_a_reboot_over_the_pipe():
     run(work())
 
 
-def test_a_window_of_eight_fills_the_events_and_never_beats_them():
+def test_a_window_of_eight_fills_the_events_and_never_beats_them() -> None:
     """Eight in flight over 30 ms with four packets each way: four answers per event, not one more."""
 
-    async def work():
+    async def work() -> float:
         loop = asyncio.get_running_loop()
         async with open_connection("bolt?interval=30ms&per_event=4&queue=8", OpenOptions()) as connection:
             transport, decoder = connection.transport, CODEC.decoder(Role.HOST)
@@ -178,8 +183,8 @@ def test_a_window_of_eight_fills_the_events_and_never_beats_them():
 
 
 @pytest.mark.parametrize("key", ["ledger", "truth"])
-def test_a_file_that_cannot_be_written(key):
-    async def work():
+def test_a_file_that_cannot_be_written(key: str) -> None:
+    async def work() -> None:
         async with open_connection(f"bolt?{key}=/no/such/folder/file", OpenOptions()):
             pass
 

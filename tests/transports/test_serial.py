@@ -7,12 +7,22 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, closing
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import (
+    AbstractAsyncContextManager,
+    asynccontextmanager,
+    closing,
+)
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
+from sphero_probe.simulator import Executed
+from tests.support.cli import Cli, Ran
+from tests.support.connections import hear
 
 pytest.importorskip("termios", reason="pseudo-terminals are a POSIX thing")
 
@@ -34,7 +44,7 @@ from sphero_probe.link.exchange import Answered
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation, Request, Response, Role
+from sphero_probe.protocol.packets import Command, Generation, Request, Role
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.transports import serial
 from sphero_probe.transports.base import Connection, OpenOptions
@@ -124,7 +134,7 @@ def wire() -> Iterator[Wire]:
         yield wire
 
 
-def opening(address: str, **options):
+def opening(address: str, **options: Any) -> AbstractAsyncContextManager[Connection]:
     return open_transport(parse_address(address), OpenOptions(**options))
 
 
@@ -156,15 +166,8 @@ async def at_a_socket(_: Wire, settings: str) -> AsyncIterator[Connection]:
         await gone.wait()
 
 
+AtALine = Callable[[Wire, str], AbstractAsyncContextManager[Connection]]
 LINES = [pytest.param(at_a_port, id="port"), pytest.param(at_a_socket, id="socket")]
-
-
-async def hear(connection: Connection, seq: int) -> Response:
-    decoder = CODEC.decoder(Role.HOST)
-    while True:
-        for packet in decoder.feed(await connection.transport.read()):
-            if isinstance(packet, Response) and packet.seq == seq:
-                return packet
 
 
 @pytest.mark.parametrize("opened", LINES)
@@ -173,7 +176,7 @@ async def hear(connection: Connection, seq: int) -> Response:
     [b"", b"\x8d\xd8\xab", b"\x03\x04\x0a\x0d\x11\x13\x1a\x7f", bytes(range(16))],
     ids=["empty", "escapes", "terminal-controls", "longest"],
 )
-def test_what_is_written_is_answered(wire, opened, payload):
+def test_what_is_written_is_answered(wire: Wire, opened: AtALine, payload: bytes) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opened(wire, "bolt?split=3") as connection:
             assert connection.robot is ROBOTS["bolt"]
@@ -187,7 +190,7 @@ def test_what_is_written_is_answered(wire, opened, payload):
 
 
 @pytest.mark.parametrize("opened", LINES)
-def test_once_closed_reads_end_and_writes_fail(wire, opened):
+def test_once_closed_reads_end_and_writes_fail(wire: Wire, opened: AtALine) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE):
             async with opened(wire, "bolt") as connection:
@@ -200,7 +203,7 @@ def test_once_closed_reads_end_and_writes_fail(wire, opened):
     asyncio.run(work())
 
 
-def test_the_port_can_be_opened_again_after_closing(wire):
+def test_the_port_can_be_opened_again_after_closing(wire: Wire) -> None:
     async def work() -> None:
         for _ in range(3):
             async with opening(f"serial:{wire.path}") as connection:
@@ -209,7 +212,7 @@ def test_the_port_can_be_opened_again_after_closing(wire):
     asyncio.run(work())
 
 
-def test_opening_tells_its_step_and_where_it_is(wire):
+def test_opening_tells_its_step_and_where_it_is(wire: Wire) -> None:
     steps: list[str] = []
 
     async def work() -> Connection:
@@ -226,10 +229,10 @@ def test_opening_tells_its_step_and_where_it_is(wire):
 @pytest.mark.parametrize(
     ("query", "speed"), [("", "B115200"), ("?baud=57600", "B57600")], ids=["default", "chosen"]
 )
-def test_the_port_is_set_to_8n1_at_its_rate(wire, query, speed):
+def test_the_port_is_set_to_8n1_at_its_rate(wire: Wire, query: str, speed: str) -> None:
     import termios
 
-    async def work() -> list:
+    async def work() -> list[Any]:
         async with opening(f"serial:{wire.path}{query}"):
             return termios.tcgetattr(wire.end)
 
@@ -242,7 +245,7 @@ def test_the_port_is_set_to_8n1_at_its_rate(wire, query, speed):
     assert not lflag & (termios.ICANON | termios.ECHO | termios.ISIG)
 
 
-def test_an_rvr_answers_at_addresses_of_a_wire(wire):
+def test_an_rvr_answers_at_addresses_of_a_wire(wire: Wire) -> None:
     async def work() -> Answered:
         wire.plug_in(FakeRobot(parse_settings("rvr")))
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
@@ -262,7 +265,7 @@ def test_an_rvr_answers_at_addresses_of_a_wire(wire):
     assert exchange.response.code == 0
 
 
-def test_both_nodes_of_an_rvr_are_told_apart(wire):
+def test_both_nodes_of_an_rvr_are_told_apart(wire: Wire) -> None:
     async def work() -> list[int | None]:
         wire.plug_in(FakeRobot(parse_settings("rvr")))
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
@@ -276,7 +279,7 @@ def test_both_nodes_of_an_rvr_are_told_apart(wire):
     assert asyncio.run(work()) == [0x01, 0x02]
 
 
-def test_rfcomm_is_a_classic_sphero_at_a_port(wire):
+def test_rfcomm_is_a_classic_sphero_at_a_port(wire: Wire) -> None:
     ping = bytes.fromhex("ff ff 00 01 52 01 ab")
     pong = bytes.fromhex("ff ff 00 52 01 ac")
 
@@ -296,7 +299,9 @@ def test_rfcomm_is_a_classic_sphero_at_a_port(wire):
     assert connection.address == f"rfcomm:{wire.path}"
 
 
-def test_a_model_that_the_catalogue_does_not_have_is_said_so(wire, monkeypatch):
+def test_a_model_that_the_catalogue_does_not_have_is_said_so(
+    wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delitem(ROBOTS, "sphero", raising=False)
 
     async def work() -> None:
@@ -307,7 +312,7 @@ def test_a_model_that_the_catalogue_does_not_have_is_said_so(wire, monkeypatch):
         asyncio.run(work())
 
 
-def test_writing_waits_until_everything_has_left(wire):
+def test_writing_waits_until_everything_has_left(wire: Wire) -> None:
     data = bytes(range(256)) * (LOTS // 1024)
 
     async def work() -> None:
@@ -323,7 +328,7 @@ def test_writing_waits_until_everything_has_left(wire):
     assert bytes(wire.heard) == data
 
 
-def test_a_port_that_takes_nothing_loses_the_link(wire, monkeypatch):
+def test_a_port_that_takes_nothing_loses_the_link(wire: Wire, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serial, "_WRITE_TIMEOUT", 0.02)
 
     async def work() -> None:
@@ -337,7 +342,7 @@ def test_a_port_that_takes_nothing_loses_the_link(wire, monkeypatch):
     asyncio.run(work())
 
 
-def test_unplugging_ends_reading(wire):
+def test_unplugging_ends_reading(wire: Wire) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             os.write(wire.end, b"\x8d\xd8")
@@ -353,7 +358,7 @@ def test_unplugging_ends_reading(wire):
     asyncio.run(work())
 
 
-def test_a_write_right_after_unplugging_fails_before_anybody_read(wire):
+def test_a_write_right_after_unplugging_fails_before_anybody_read(wire: Wire) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             wire.unplug()
@@ -364,7 +369,7 @@ def test_a_write_right_after_unplugging_fails_before_anybody_read(wire):
     asyncio.run(work())
 
 
-def test_unplugging_frees_a_write_that_waits(wire):
+def test_unplugging_frees_a_write_that_waits(wire: Wire) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             asyncio.get_running_loop().call_soon(wire.unplug)
@@ -374,7 +379,7 @@ def test_unplugging_frees_a_write_that_waits(wire):
     asyncio.run(work())
 
 
-def test_unplugging_ends_an_exchange_that_waits(wire):
+def test_unplugging_ends_an_exchange_that_waits(wire: Wire) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             policy = Policy(connection.generation, connection.robot, Consent())
@@ -386,7 +391,7 @@ def test_unplugging_ends_an_exchange_that_waits(wire):
     asyncio.run(work())
 
 
-def test_a_server_that_hangs_up_ends_reading():
+def test_a_server_that_hangs_up_ends_reading() -> None:
     async def hang_up(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.close()
 
@@ -409,13 +414,13 @@ class Stubborn(asyncio.Transport):
         self.error = error
         self.aborted = False
 
-    def set_write_buffer_limits(self, high=None, low=None) -> None:
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
         pass
 
     def is_closing(self) -> bool:
         return self.aborted
 
-    def write(self, data) -> None:
+    def write(self, data: bytes | bytearray | memoryview) -> None:
         raise OSError(errno.EIO, "Input/output error")
 
     def abort(self) -> None:
@@ -428,7 +433,7 @@ class Stubborn(asyncio.Transport):
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EIO, "Input/output error"), None], ids=["fails", "hangs"])
-def test_a_port_that_cannot_be_closed_is_left(monkeypatch, error):
+def test_a_port_that_cannot_be_closed_is_left(monkeypatch: pytest.MonkeyPatch, error: OSError | None) -> None:
     monkeypatch.setattr(serial, "_CLOSE_TIMEOUT", 0.01)
 
     async def work() -> None:
@@ -464,7 +469,12 @@ KEPT_FROM_OPENING = [
 
 
 @pytest.mark.parametrize(("raised", "shown", "said"), KEPT_FROM_OPENING)
-def test_whatever_keeps_a_port_from_opening_is_explained(monkeypatch, raised, shown, said):
+def test_whatever_keeps_a_port_from_opening_is_explained(
+    monkeypatch: pytest.MonkeyPatch,
+    raised: Exception,
+    shown: type[SpheroProbeError],
+    said: str,
+) -> None:
     async def fail(*_: object) -> None:
         raise raised
 
@@ -481,7 +491,7 @@ def test_whatever_keeps_a_port_from_opening_is_explained(monkeypatch, raised, sh
     assert caught.value.hint
 
 
-def test_the_error_of_termios_counts_like_that_of_the_system(monkeypatch):
+def test_the_error_of_termios_counts_like_that_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
     import termios
 
     async def fail(*_: object) -> None:
@@ -497,7 +507,7 @@ def test_the_error_of_termios_counts_like_that_of_the_system(monkeypatch):
         asyncio.run(work())
 
 
-def test_opening_that_never_ends_is_cut_off(monkeypatch):
+def test_opening_that_never_ends_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
     async def hang(*_: object) -> None:
         await asyncio.Event().wait()
 
@@ -511,7 +521,7 @@ def test_opening_that_never_ends_is_cut_off(monkeypatch):
         asyncio.run(work())
 
 
-def shown(ran, code: int, said: str, hint: str = "") -> None:
+def shown(ran: Ran, code: int, said: str, hint: str = "") -> None:
     """One line that says it, one that helps, and the exit code."""
     assert ran.code == code, ran.err
     first, *more = ran.err.splitlines()
@@ -521,7 +531,9 @@ def shown(ran, code: int, said: str, hint: str = "") -> None:
     assert hint in more[0]
 
 
-def test_without_serialx_the_command_that_installs_it_is_named(cli, monkeypatch):
+def test_without_serialx_the_command_that_installs_it_is_named(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "serialx", None)
     ran = cli("info", "--device", "serial:/dev/ttyS0")
     shown(ran, 9, "serialx, which is not installed", "pip install 'sphero-probe[serial]'")
@@ -529,14 +541,16 @@ def test_without_serialx_the_command_that_installs_it_is_named(cli, monkeypatch)
 
 def told(device: str, **of_itself: str) -> serialx.SerialPortInfo:
     """A port as serialx lists it, by another path than the one that people type."""
-    usb = dict.fromkeys(
+    silent: dict[str, Any] = dict.fromkeys(
         ("vid", "pid", "serial_number", "manufacturer", "product", "bcd_device", "interface_num")
     )
-    silent = usb | {"interface_description": None}
+    silent["interface_description"] = None
     return serialx.SerialPortInfo(device=f"/by-id{device}", resolved_device=device, **(silent | of_itself))
 
 
-def test_ports_are_listed_with_what_they_tell_of_themselves(monkeypatch, tmp_path):
+def test_ports_are_listed_with_what_they_tell_of_themselves(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     for name in ("rfcomm10", "rfcomm2", "rfkill"):
         (tmp_path / name).touch()
     found = [
@@ -557,14 +571,16 @@ def test_ports_are_listed_with_what_they_tell_of_themselves(monkeypatch, tmp_pat
     ]
 
 
-def test_a_machine_without_ports_lists_none(monkeypatch, tmp_path):
+def test_a_machine_without_ports_lists_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(serial, "DEV", tmp_path / "missing")
     monkeypatch.setattr(serialx, "list_serial_ports", list)
     assert serial.ports() == []
 
 
 @pytest.mark.parametrize("raised", [PermissionError(errno.EACCES, "sysfs"), ValueError("no number")])
-def test_ports_that_cannot_be_listed(monkeypatch, raised):
+def test_ports_that_cannot_be_listed(
+    monkeypatch: pytest.MonkeyPatch, raised: PermissionError | ValueError
+) -> None:
     def fail() -> list[serialx.SerialPortInfo]:
         raise raised
 
@@ -574,7 +590,7 @@ def test_ports_that_cannot_be_listed(monkeypatch, raised):
     assert caught.value.hint
 
 
-def test_listing_ports_needs_serialx(monkeypatch):
+def test_listing_ports_needs_serialx(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "serialx", None)
     with pytest.raises(UnavailableError, match="serialx, which is not installed"):
         serial.ports()
@@ -596,16 +612,16 @@ def test_listing_ports_needs_serialx(monkeypatch):
         pytest.param("serial:?robot=rvr", 2, "no serial port is named", id="no-port"),
     ],
 )
-def test_what_cannot_be_opened(cli, address, code, said):
+def test_what_cannot_be_opened(cli: Cli, address: str, code: int, said: str) -> None:
     shown(cli("info", "--device", address), code, said)
 
 
-def test_a_port_that_another_program_holds(cli, wire):
+def test_a_port_that_another_program_holds(cli: Cli, wire: Wire) -> None:
     wire.occupy()
     shown(cli("info", "--device", f"serial:{wire.path}"), 4, f"{wire.path} is in use", "close that one")
 
 
-def test_a_server_that_is_not_there(cli):
+def test_a_server_that_is_not_there(cli: Cli) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         address = f"serial:socket://127.0.0.1:{taken.getsockname()[1]}"
@@ -613,7 +629,7 @@ def test_a_server_that_is_not_there(cli):
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may open everything")
-def test_a_port_that_is_not_ours(cli, tmp_path):
+def test_a_port_that_is_not_ours(cli: Cli, tmp_path: Path) -> None:
     port = tmp_path / "port"
     port.touch(mode=0)
     shown(cli("info", "--device", f"serial:{port}"), 9, "not allowed to use", "dialout")
@@ -633,7 +649,7 @@ async def tool(*arguments: str) -> tuple[int | None, str, str]:
     return process.returncode, out.decode(), err.decode()
 
 
-def test_the_whole_tool_at_a_port(wire):
+def test_the_whole_tool_at_a_port(wire: Wire) -> None:
     async def work() -> tuple[int | None, str, str]:
         wire.plug_in(FakeRobot(parse_settings("rvr?split=5")))
         async with asyncio.timeout(2 * PATIENCE):
@@ -654,8 +670,8 @@ def test_the_whole_tool_at_a_port(wire):
     assert {0x01, 0x02} <= targets <= {0x01, 0x02, None}
 
 
-def test_the_whole_tool_sweeps_at_a_port_and_executes_reads_only(wire):
-    executed = []
+def test_the_whole_tool_sweeps_at_a_port_and_executes_reads_only(wire: Wire) -> None:
+    executed: list[Executed] = []
 
     async def work() -> tuple[int | None, str, str]:
         wire.plug_in(FakeRobot(parse_settings("rvr"), on_execute=executed.append))
@@ -677,7 +693,7 @@ def test_the_whole_tool_sweeps_at_a_port_and_executes_reads_only(wire):
     assert {command.risk.word for command in executed} == {"read"}
 
 
-def test_unplugging_in_the_middle_ends_the_tool_with_4(wire):
+def test_unplugging_in_the_middle_ends_the_tool_with_4(wire: Wire) -> None:
     async def unplug_in_the_middle() -> None:
         await wire.has_heard(600)
         wire.unplug()
@@ -714,7 +730,7 @@ def test_unplugging_in_the_middle_ends_the_tool_with_4(wire):
         pytest.param("x://h?a=1&b=2?baud=300", Port("x://h?a=1&b=2", ROBOTS["rvr"], 300), id="both-queries"),
     ],
 )
-def test_ports(text, port):
+def test_ports(text: str, port: Port) -> None:
     assert parse_port(text, "rvr") == port
 
 
@@ -736,7 +752,7 @@ def test_ports(text, port):
         ("", "no serial port is named", "COM3"),
     ],
 )
-def test_ports_that_make_no_sense(text, said, hint):
+def test_ports_that_make_no_sense(text: str, said: str, hint: str) -> None:
     with pytest.raises(UsageError, match=said.replace("?", r"\?")) as caught:
         parse_port(text, "rvr")
     assert hint in caught.value.hint
@@ -747,12 +763,12 @@ def test_ports_that_make_no_sense(text, said, hint):
     robot=st.sampled_from(list(ROBOTS)),
     baud=st.integers(50, 10_000_000),
 )
-def test_any_port_is_read_as_it_was_written(url, robot, baud):
+def test_any_port_is_read_as_it_was_written(url: str, robot: str, baud: int) -> None:
     assert parse_port(f"{url}?robot={robot}&baud={baud}", "rvr") == Port(url, ROBOTS[robot], baud)
 
 
 @given(st.text())
-def test_any_text_is_a_port_or_a_usage_error(text):
+def test_any_text_is_a_port_or_a_usage_error(text: str) -> None:
     try:
         port = parse_port(text, "rvr")
     except UsageError:
@@ -769,11 +785,11 @@ def test_any_text_is_a_port_or_a_usage_error(text):
         ("rfcomm:/dev/rfcomm0", DeviceAddress("rfcomm", "/dev/rfcomm0")),
     ],
 )
-def test_addresses(text, address):
+def test_addresses(text: str, address: DeviceAddress) -> None:
     assert parse_address(text) == address
     assert str(address) == text
 
 
-def test_serialx_waits_until_a_port_is_opened():
+def test_serialx_waits_until_a_port_is_opened() -> None:
     code = "import sys; import sphero_probe.transports.serial; sys.exit('serialx' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,31 +1,24 @@
 """What every transport promises, for all that need no hardware; and addresses."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
 import pytest
 
 from sphero_probe.errors import LinkLostError, UsageError
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation, Response, Role
+from sphero_probe.protocol.packets import Command, Generation
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import DeviceAddress, open_transport, parse_address
+from tests.support.connections import hear
 from tests.support.fake_bluez import FakeBlueZ, Faults, Peripheral, sphero_v2
-from tests.support.fake_bluez_stage import PATIENCE as LIMIT
-from tests.support.fake_bluez_stage import limit
 
 CODEC = CODECS[Generation.V2]
 PATIENCE = 30
 ADDRESS = "AA:BB:CC:DD:EE:01"
-
-
-@pytest.fixture(autouse=True)
-def _limited():
-    """Each of these ends in time, also where the bus never answers."""
-    with limit(LIMIT):
-        yield
+pytestmark = pytest.mark.usefixtures("limited")
 
 
 @asynccontextmanager
@@ -44,22 +37,15 @@ async def bluetooth(settings: str) -> AsyncIterator[Connection]:
             yield connection
 
 
+Opened = Callable[[str], AbstractAsyncContextManager[Connection]]
 TRANSPORTS = [pytest.param(fake, id="fake"), pytest.param(bluetooth, id="ble")]
-
-
-async def hear(connection: Connection, seq: int) -> Response:
-    decoder = CODEC.decoder(Role.HOST)
-    while True:
-        for packet in decoder.feed(await connection.transport.read()):
-            if isinstance(packet, Response) and packet.seq == seq:
-                return packet
 
 
 @pytest.mark.parametrize("opened", TRANSPORTS)
 @pytest.mark.parametrize(
     "payload", [b"", b"\x8d\xd8\xab", bytes(range(16))], ids=["empty", "escapes", "longest"]
 )
-def test_what_is_written_is_answered(opened, payload):
+def test_what_is_written_is_answered(opened: Opened, payload: bytes) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE), opened("bolt?split=3") as connection:
             assert connection.robot
@@ -74,7 +60,7 @@ def test_what_is_written_is_answered(opened, payload):
 
 
 @pytest.mark.parametrize("opened", TRANSPORTS)
-def test_once_closed_reads_end_and_writes_fail(opened):
+def test_once_closed_reads_end_and_writes_fail(opened: Opened) -> None:
     async def work() -> None:
         async with asyncio.timeout(PATIENCE):
             manager: AbstractAsyncContextManager[Connection] = opened("bolt")
@@ -102,11 +88,11 @@ def test_once_closed_reads_end_and_writes_fail(opened):
         ),
     ],
 )
-def test_addresses(text, address):
+def test_addresses(text: str, address: DeviceAddress) -> None:
     assert parse_address(text) == address
 
 
-def test_an_address_is_written_as_it_is_read():
+def test_an_address_is_written_as_it_is_read() -> None:
     assert str(parse_address("fake:bolt")) == "fake:bolt"
 
 
@@ -114,12 +100,12 @@ def test_an_address_is_written_as_it_is_read():
     ("text", "said"),
     [("", "empty"), ("fake:", "names no robot"), ("fkae:bolt", "fkae"), ("tcp:x", "unknown kind")],
 )
-def test_addresses_that_make_no_sense(text, said):
+def test_addresses_that_make_no_sense(text: str, said: str) -> None:
     with pytest.raises(UsageError, match=said):
         parse_address(text)
 
 
-def test_a_link_that_drops_while_idle_ends_reading():
+def test_a_link_that_drops_while_idle_ends_reading() -> None:
     async def work() -> None:
         robot = FakeRobot(parse_settings("bolt"))
         faults = Faults(drop_when_idle=0.05)

@@ -1,0 +1,31 @@
+"""Streams cut into pieces, and what a decoder makes of them."""
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+from sphero_probe.protocol.codec import Codec
+from sphero_probe.protocol.packets import Malformed, Notification, Packet, Request, Response, Role
+
+Sound = Request | Response | Notification
+
+
+def decoded(codec: Codec, pieces: Iterable[bytes], role: Role = Role.HOST) -> list[Packet]:
+    """Everything a fresh decoder makes of these pieces, what it held back at the end included."""
+    decoder = codec.decoder(role)
+    packets = [packet for piece in pieces for packet in decoder.feed(piece)]
+    packets += decoder.give_up()
+    assert decoder.give_up() == []
+    return packets
+
+
+def sound(packets: Iterable[Packet]) -> list[Sound]:
+    return [packet for packet in packets if not isinstance(packet, Malformed)]
+
+
+def pieces_of(stream: bytes, cuts: Iterable[int]) -> list[bytes]:
+    edges = [0, *sorted(cuts), len(stream)]
+    return [stream[start:end] for start, end in pairwise(edges)]
+
+
+def byte_by_byte(stream: bytes) -> list[bytes]:
+    return [bytes([byte]) for byte in stream]
