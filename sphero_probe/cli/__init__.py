@@ -22,10 +22,10 @@ def main() -> "NoReturn":
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
     if COMPLETE_VARIABLE in os.environ:
-        from sphero_probe.cli.complete.shells import answer
+        from sphero_probe.cli.complete.shells import answer  # noqa: PLC0415 - --version needs none of it
 
         sys.exit(answer())
-    from sphero_probe.cli.invoke import run_and_exit
+    from sphero_probe.cli.invoke import run_and_exit  # noqa: PLC0415 - likewise
 
     run_and_exit(sys.argv[1:])
 
@@ -38,6 +38,6 @@ def __getattr__(name: str) -> "click.Group":
     """Give the group with all its commands imported, as ``click-man`` looks for it beside ``main``."""
     if name != "everything":
         raise AttributeError(name)
-    from sphero_probe.cli import group
+    from sphero_probe.cli import group  # noqa: PLC0415 - likewise
 
     return group.whole_group()

@@ -1,6 +1,10 @@
 """The robots of the last scan, kept in a cache file, so that a shell can complete their names."""
 
+import json
+import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -47,11 +51,6 @@ def remember(seen: Iterable["Seen"]) -> None:
     Args:
         seen: the robots, the strongest first.
     """
-    import json
-    import tempfile
-    from contextlib import suppress
-    from itertools import islice
-
     heard = (_fit(robot.name, robot.address, robot.robot.name if robot.robot else "") for robot in seen)
     robots = list(islice(filter(None, heard), MAX_ROBOTS))
     path = cache_file()
@@ -71,8 +70,6 @@ def remember(seen: Iterable["Seen"]) -> None:
 
 def recall() -> list[Remembered]:
     """Return the robots of the last scan, the strongest first; none where nothing usable is kept."""
-    import json
-
     path = cache_file()
     if path is None:
         return []
