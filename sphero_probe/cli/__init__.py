@@ -1,4 +1,8 @@
-"""The command line: words in, an exit code out. Nothing heavy is imported before a command needs it."""
+"""The command line: parse, call, print. Nothing heavy is imported before a command needs it.
+
+``group`` lists the commands; ``commands`` holds the options of each, ``actions`` its work; ``invoke`` runs
+a command line and turns errors into exit codes.
+"""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""The command group: a command's module is imported when it is called, not when help is asked."""
+"""The command group: it imports the module of a command when the command is called, not for help."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
@@ -35,7 +35,7 @@ class LazyGroup(click.Group):
     """A group whose members are modules named in ``COMMANDS``."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Name the commands, in the order people meet them."""
+        """Return the names of the commands, in the order of ``COMMANDS``."""
         del ctx
         return list(COMMANDS)
 

@@ -15,14 +15,14 @@ def command() -> None:
 
 @command.command("list", cls=StrictCommand)
 @output_options
-def list_plans(output: Output) -> None:
+def list_(output: Output) -> None:
     """List the plans that come with the tool.
 
     Example: sphero-probe plan list
     """
-    from sphero_probe.cli.actions import plan
+    from sphero_probe.cli.actions.plan import list_plans
 
-    plan.list_plans(output)
+    list_plans(output)
 
 
 @command.command("show", cls=StrictCommand)
@@ -42,9 +42,9 @@ def show(output: Output, file: str, model: str | None) -> None:
 
     Example: sphero-probe plan show power
     """
-    from sphero_probe.cli.actions import plan
+    from sphero_probe.cli.actions.plan_show import show_plan
 
-    plan.show_plan(output, file, model)
+    show_plan(output, file, model)
 
 
 @command.command("check", cls=StrictCommand)
@@ -54,6 +54,6 @@ def check(files: tuple[str, ...]) -> None:
 
     Example: sphero-probe plan check my_plan.py
     """
-    from sphero_probe.cli.actions import plan
+    from sphero_probe.cli.actions.plan import check_plans
 
-    plan.check_plans(files)
+    check_plans(files)

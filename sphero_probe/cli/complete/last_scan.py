@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sphero_probe.transports.base import Seen
 
 MAX_ROBOTS: Final = 64
-"""As many robots are remembered at most, the strongest first."""
+"""The most robots to remember, the strongest first."""
 _MAX_BYTES: Final = 16_384
 _MAX_WORD: Final = 40
 _MAX_MODEL: Final = 32
@@ -44,9 +44,9 @@ def cache_file() -> Path | None:
 
 
 def remember(seen: Iterable["Seen"]) -> None:
-    """Keep the robots of a scan for completion; where that fails, the scan is not disturbed.
+    """Keep the robots of a scan for completion; where that fails, nothing is kept and no error raised.
 
-    A scan that heard no robot leaves those of the scan before.
+    A scan that heard no robot keeps those of the scan before.
 
     Args:
         seen: the robots, the strongest first.
