@@ -1,22 +1,34 @@
-"""The exception tree: what goes in is a thing that went wrong, what comes out is one line and an exit code.
+"""Every exception of this tool, and the exit code that each one stands for.
 
 ::
 
-    SpheroProbeError            1    failure
-    ├── UsageError              2    the command line makes no sense
-    ├── RobotNotFoundError      3    no such robot, or several
-    ├── ConnectionFailedError   4    could not connect
-    │   ├── NoAnswerError       4    connected, but nothing is answered
-    │   └── LinkLostError       4    connected once, not any more
-    ├── IncompleteError         5    part of what was asked is missing
-    ├── RefusedByPolicyError    6    consent is missing
-    ├── RobotRefusedError       7    the robot answered with an error code
-    ├── BadInputFileError       8    a plan, capture or journal that cannot be used
-    ├── UnavailableError        9    no Bluetooth, no serial port here
-    └── OutputError             10   standard output or a file cannot be written
+    SpheroProbeError                1    failure
+    ├── UsageError                  2    the command line makes no sense
+    ├── RobotNotFoundError          3    no such robot, or several
+    ├── ConnectionFailedError       4    could not connect
+    │   ├── LastingFailureError     4    could not connect, and another attempt would end the same
+    │   ├── NoAnswerError           4    connected, but the robot answers nothing at all
+    │   └── LinkLostError           4    the connection was lost
+    ├── IncompleteError             5    part of what was asked is missing
+    ├── RefusedByPolicyError        6    consent is missing
+    ├── CommandFailedError          7    the one command that was sent did not succeed
+    │   ├── RobotRefusedError       7    the robot answered it with an error code
+    │   └── CommandSilentError      7    the robot answers other commands, but not this one
+    ├── BadInputFileError           8    a plan, capture or journal that cannot be used
+    │   └── BadLineError            8    one line of a journal; the reader adds file and line number
+    ├── UnavailableError            9    no Bluetooth, no serial port here
+    │   └── NoSuchAdapterError      9    no Bluetooth adapter of that name
+    ├── OutputError                 10   standard output or a file cannot be written
+    └── InUseError                  11   the journal is in use by another process
 
-What a robot does wrong is data (``Malformed``, ``Silent``, a finding), never one of these.
+    InterruptedRunError             128 + the signal's number; not an error, so no SpheroProbeError
+
+What a robot does wrong is data (``Malformed``, ``Silent``, a finding), never one of these. One exception is
+defined elsewhere: the plan loader's private time limit, a ``BaseException`` that a plan's own
+``except Exception`` cannot catch; it never leaves that module.
 """
+
+from collections.abc import Iterable
 
 
 class SpheroProbeError(Exception):
@@ -47,17 +59,21 @@ class RobotNotFoundError(SpheroProbeError):
 
 
 class ConnectionFailedError(SpheroProbeError):
-    """The robot was seen but could not be talked to."""
+    """The robot was seen, but no connection to it works."""
 
     exit_code = 4
 
 
+class LastingFailureError(ConnectionFailedError):
+    """Connecting failed for a reason that another attempt does not change."""
+
+
 class NoAnswerError(ConnectionFailedError):
-    """The connection stands, but the robot answers nothing at all."""
+    """The connection works, but the robot answers nothing at all."""
 
 
 class LinkLostError(ConnectionFailedError):
-    """The connection stood and fell."""
+    """The connection was lost."""
 
 
 class IncompleteError(SpheroProbeError):
@@ -72,10 +88,18 @@ class RefusedByPolicyError(SpheroProbeError):
     exit_code = 6
 
 
-class RobotRefusedError(SpheroProbeError):
-    """The robot answered a command with an error code."""
+class CommandFailedError(SpheroProbeError):
+    """The one command that was sent did not succeed."""
 
     exit_code = 7
+
+
+class RobotRefusedError(CommandFailedError):
+    """The robot answered a command with an error code."""
+
+
+class CommandSilentError(CommandFailedError):
+    """The robot did not answer this command, although it answers others."""
 
 
 class BadInputFileError(SpheroProbeError):
@@ -84,13 +108,79 @@ class BadInputFileError(SpheroProbeError):
     exit_code = 8
 
 
+class BadLineError(BadInputFileError):
+    """A line of a journal that this tool cannot have written; the text says why."""
+
+
 class UnavailableError(SpheroProbeError):
     """Bluetooth or the serial port cannot be used on this machine."""
 
     exit_code = 9
 
 
+class NoSuchAdapterError(UnavailableError):
+    """The Bluetooth adapter that was asked for does not exist.
+
+    Attributes:
+        name: the adapter as it was asked for.
+    """
+
+    def __init__(self, name: str, hint: str = "see which there are: bluetoothctl list") -> None:
+        super().__init__(f"there is no Bluetooth adapter {name}", hint)
+        self.name = name
+
+
 class OutputError(SpheroProbeError):
     """Standard output or a file cannot be written."""
 
     exit_code = 10
+
+
+class InUseError(SpheroProbeError):
+    """Another process is writing the journal."""
+
+    exit_code = 11
+
+
+class InterruptedRunError(Exception):
+    """A signal ended the run after it was stopped cleanly.
+
+    Attributes:
+        number: the signal.
+        exit_code: what the process returns, as shells report a signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+        self.exit_code = 128 + number
+
+
+def nearest(word: str, known: Iterable[str], *, count: int = 1) -> list[str]:
+    """Return the known words that a mistyped one was probably meant for.
+
+    Args:
+        word: what was typed.
+        known: the words that exist.
+        count: how many to return at most.
+
+    Returns:
+        The most similar first; empty where none is similar.
+    """
+    from difflib import get_close_matches  # noqa: PLC0415 - slow to import, and needed only after a mistake
+
+    return get_close_matches(word, list(known), n=count)
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
+    """Return the hint for a word that does not exist: the nearest one, or all that exist.
+
+    Args:
+        word: what was typed.
+        known: the words that exist.
+        otherwise: the hint where none is similar, None to list all that exist.
+    """
+    known = list(known)
+    for near in nearest(word, known):
+        return f"did you mean '{near}'?"
+    return f"known: {', '.join(known)}" if otherwise is None else otherwise

@@ -9,7 +9,7 @@ from importlinter.cli import lint_imports
 
 from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.cli import options, output
+from sphero_probe.cli import values
 from sphero_probe.cli.group import COMMANDS, LazyGroup, group
 from sphero_probe.reports.registry import FORMATS
 from tests.support.cli import Cli
@@ -47,8 +47,8 @@ def test_a_command_has_help_with_an_example(cli: Cli, name: str) -> None:
 
 
 def test_the_light_copies_of_words_agree_with_their_homes() -> None:
-    assert tuple(FORMATS) == output.FORMATS
-    assert tuple(risk.word for risk in Risk) == options.RISKS
+    assert tuple(FORMATS) == values.FORMATS
+    assert tuple(risk.word for risk in Risk) == values.RISKS
 
 
 def test_version(cli: Cli, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,10 +1,10 @@
 """Look-ups in the catalogue: numbers or words come in, rows come out; the unknown gives None or nothing."""
 
 import re
-from difflib import get_close_matches
 from functools import cache
 
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
+from sphero_probe.errors import nearest
 from sphero_probe.protocol.packets import Generation
 
 DEVICE_NAMES: dict[Generation, dict[int, str]] = {
@@ -112,7 +112,7 @@ def row_by_name(generation: Generation, name: str) -> CommandRow | None:
 def close_names(generation: Generation, text: str) -> list[str]:
     """Give the dotted names that look most like a mistyped one, the nearest first, three at most."""
     known = _by_name(generation)
-    near = get_close_matches(_plain(text), known, n=9, cutoff=0.6)
+    near = nearest(_plain(text), known, count=9)
     return list(dict.fromkeys(row.name for word in near for row in known[word]))[:3]
 
 

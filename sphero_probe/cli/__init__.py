@@ -1,4 +1,8 @@
-"""The command line: words in, an exit code out. Nothing heavy is imported before a command needs it."""
+"""The command line: parse, call, print. Nothing heavy is imported before a command needs it.
+
+``group`` lists the commands; ``commands`` holds the options of each, ``actions`` its work; ``invoke`` runs
+a command line and turns errors into exit codes.
+"""
 
 import os
 import sys
@@ -22,10 +26,10 @@ def main() -> "NoReturn":
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
     if COMPLETE_VARIABLE in os.environ:
-        from sphero_probe.cli.complete.shells import answer
+        from sphero_probe.cli.complete.shells import answer  # noqa: PLC0415 - --version needs none of it
 
         sys.exit(answer())
-    from sphero_probe.cli.invoke import run_and_exit
+    from sphero_probe.cli.invoke import run_and_exit  # noqa: PLC0415 - likewise
 
     run_and_exit(sys.argv[1:])
 
@@ -38,6 +42,6 @@ def __getattr__(name: str) -> "click.Group":
     """Give the group with all its commands imported, as ``click-man`` looks for it beside ``main``."""
     if name != "everything":
         raise AttributeError(name)
-    from sphero_probe.cli import group
+    from sphero_probe.cli import group  # noqa: PLC0415 - likewise
 
     return group.whole_group()

@@ -3,26 +3,28 @@
 from contextlib import AbstractAsyncContextManager
 from time import monotonic
 
-from sphero_probe.cli.output import say
+from sphero_probe.cli.messages import say
+from sphero_probe.cli.values import ConnectOptions
 from sphero_probe.link.policy import Consent
 from sphero_probe.session.session import Session, open_session
 from sphero_probe.transports.base import OpenOptions
 
 
 def connect(
-    device: str,
-    consent: Consent,
-    *,
-    adapter: str = "",
-    connect_timeout: float = 10.0,
-    verbose: bool = False,
-    timeout: float | None = None,
+    options: ConnectOptions, consent: Consent, *, timeout: float | None = None
 ) -> AbstractAsyncContextManager[Session]:
-    """Return the session to enter; with ``verbose`` each step is printed with its time."""
+    """Return the session to enter; with ``verbose`` each step is printed with its time.
+
+    Args:
+        options: which robot, and how to connect.
+        consent: what may be sent.
+        timeout: seconds until a command counts as silent, None to measure it.
+    """
     began = monotonic()
 
     def on_step(step: str) -> None:
-        if verbose:
+        if options.verbose:
             say(f"{monotonic() - began:7.3f} s  {step}")
 
-    return open_session(device, consent, OpenOptions(connect_timeout, adapter, on_step), timeout=timeout)
+    opening = OpenOptions(options.connect_timeout, options.adapter, on_step)
+    return open_session(options.device, consent, opening, timeout=timeout)

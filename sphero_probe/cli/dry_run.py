@@ -1,12 +1,35 @@
-"""Printing what a dry run leaves out."""
+"""Showing what a run would send, without touching the robot."""
 
 import click
 
+from sphero_probe.cli.output import show
+from sphero_probe.cli.values import Output
+from sphero_probe.link.policy import Consent
+from sphero_probe.probing.dry_run import planned_probes
+from sphero_probe.probing.plan import Plan
+from sphero_probe.reports.rows import planned_row
+from sphero_probe.reports.views import PLANNED
+from sphero_probe.session.addressing import generation_behind, model_behind
+from sphero_probe.transports.registry import DeviceAddress
 
-def print_dry_run_note() -> None:
-    """Say on standard error what a dry run leaves out."""
+
+def show_dry_run(
+    output: Output, plan: Plan, address: DeviceAddress, consent: Consent, target: int | None
+) -> None:
+    """Show the bytes that a run would send, and on standard error what a dry run leaves out.
+
+    Args:
+        output: where and how to show it.
+        plan: what would be asked.
+        address: the robot's.
+        consent: what is allowed.
+        target: the address byte of the node, None to leave addresses out.
+    """
     click.echo(
         "dry run: nothing is sent. A real run first wakes the robot, reads its version and measures\n"
         "whether it checks lengths; where it does not, what is unknown is withheld.",
         err=True,
     )
+    robot = model_behind(address)
+    probes = planned_probes(plan, generation_behind(address), robot, consent, target)
+    show(output, PLANNED, map(planned_row, probes))

@@ -1,4 +1,4 @@
-"""The command group: a command's module is imported when it is called, not when help is asked."""
+"""The command group: it imports the module of a command when the command is called, not for help."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from sphero_probe import __version__
+from sphero_probe.errors import did_you_mean
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -13,18 +14,18 @@ if TYPE_CHECKING:
 COMMANDS: Final[dict[str, str]] = {
     "scan": "List the robots nearby.",
     "info": "Ask a robot about itself: firmware, battery, addresses.",
-    "sweep": "Probe ranges of commands, or a plan, and tell what exists.",
+    "sweep": "Probe ranges of commands, or a plan, and report what exists.",
     "discover": "Map a whole robot: its nodes, its devices, every command.",
     "send": "Send one command and show the answer.",
-    "led": "Set lamps.",
-    "listen": "Show what a robot says unasked, as it comes.",
+    "led": "Set LEDs.",
+    "listen": "Print notifications as they arrive.",
     "decode": "Decode packets from arguments, files or standard input.",
     "explain": "Explain an error code or a command.",
     "catalog": "List the known commands.",
     "plan": "List, show and check probe plans.",
     "report": "Show a run again, in any format.",
     "runs": "List the runs whose journals are kept.",
-    "doctor": "Tell whether this machine can reach a robot, and what to mend.",
+    "doctor": "Check that this machine can reach a robot, and suggest fixes.",
     "completion": "Print the script that completes commands in a shell.",
 }
 """Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.commands.<name>``."""
@@ -34,7 +35,7 @@ class LazyGroup(click.Group):
     """A group whose members are modules named in ``COMMANDS``."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Name the commands, in the order people meet them."""
+        """Return the names of the commands, in the order of ``COMMANDS``."""
         del ctx
         return list(COMMANDS)
 
@@ -56,17 +57,12 @@ class LazyGroup(click.Group):
             UsageError: there is none; the nearest is suggested.
         """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from difflib import get_close_matches
-
-            close = get_close_matches(args[0], COMMANDS, n=1)
-            ctx.fail(
-                f"no command '{args[0]}'" + (f"; did you mean '{close[0]}'?" if close else "; see --help")
-            )
+            ctx.fail(f"no command '{args[0]}'; {did_you_mean(args[0], COMMANDS, 'see --help')}")
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem[Any]]":
         """Offer the commands without importing them, and the options."""
-        from click.shell_completion import CompletionItem
+        from click.shell_completion import CompletionItem  # noqa: PLC0415 - help does without
 
         offers = [CompletionItem(name, help=said) for name, said in COMMANDS.items()]
         begun = [offer for offer in offers if offer.value.startswith(incomplete)]

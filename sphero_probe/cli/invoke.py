@@ -1,4 +1,4 @@
-"""The outermost layer: whatever goes wrong becomes a line or two on standard error and an exit code."""
+"""Running a command line: every error becomes a line or two on standard error and an exit code."""
 
 import os
 import sys
@@ -9,25 +9,14 @@ from typing import Final, NoReturn
 import click
 
 from sphero_probe.cli import NAME
-from sphero_probe.errors import OutputError, SpheroProbeError, UsageError
+from sphero_probe.cli.group import group
+from sphero_probe.errors import InterruptedRunError, OutputError, SpheroProbeError, UsageError
 
 BUG: Final = 70
 _HINT: Final = 4000
-"""Characters of a hint: a command to go on with is of use only as a whole."""
+"""Characters of a hint: a command line to copy is useful only as a whole."""
 INTERRUPTED: Final = 130
 """128 and the number of SIGINT; the module with its name is not imported for that."""
-
-
-class InterruptedRunError(Exception):
-    """A signal ended the run after it was stopped cleanly.
-
-    Attributes:
-        number: the signal.
-    """
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
 
 
 def run_and_exit(arguments: Sequence[str]) -> NoReturn:
@@ -54,7 +43,7 @@ def run(arguments: Sequence[str]) -> int:
         _tell("interrupted")
         return INTERRUPTED
     except InterruptedRunError as stopped:
-        return 128 + stopped.number
+        return stopped.exit_code
     except Exception:  # noqa: BLE001 - the last net: a bug is reported, not dumped
         if debug:
             _show_traceback()
@@ -62,8 +51,6 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    from sphero_probe.cli.group import group
-
     try:  # not group.main: it would end the process by itself when a pipe is closed
         with group.make_context(NAME, list(arguments), terminal_width=_help_width()) as context:
             group.invoke(context)
@@ -107,7 +94,7 @@ def _cannot_write(error: OSError) -> int:
 
 
 def _tell(message: str, hint: str = "") -> None:
-    from sphero_probe.cli.output import say
+    from sphero_probe.cli.messages import say  # noqa: PLC0415 - help needs none of the reports
 
     say(f"sphero-probe: {message}")
     if hint:
@@ -115,14 +102,14 @@ def _tell(message: str, hint: str = "") -> None:
 
 
 def _show_traceback() -> None:
-    import traceback
+    import traceback  # noqa: PLC0415 - slow to import, and needed only with --debug
 
     traceback.print_exc()
 
 
 def _report_bug() -> int:
-    import tempfile
-    import traceback
+    import tempfile  # noqa: PLC0415 - slow to import, and needed only after a bug
+    import traceback  # noqa: PLC0415 - likewise
 
     with tempfile.NamedTemporaryFile(
         "w", prefix="sphero-probe-", suffix=".txt", delete=False, encoding="utf-8"

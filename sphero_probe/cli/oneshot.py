@@ -1,123 +1,164 @@
-"""Single commands for one robot: what ``send`` and ``led`` have in common."""
+"""Single commands for one robot: what ``send``, ``led`` and ``listen --send`` have in common."""
 
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from time import monotonic
-from typing import Any
 
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.cli.connect import connect
-from sphero_probe.cli.dry_run import print_dry_run_note
-from sphero_probe.cli.output import Output
+from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.journal import run_journal
+from sphero_probe.cli.output import show
 from sphero_probe.cli.signals import Interrupts, run_interruptible
-from sphero_probe.errors import LinkLostError, RefusedByPolicyError, RobotRefusedError, SpheroProbeError
+from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.errors import (
+    CommandFailedError,
+    CommandSilentError,
+    LinkLostError,
+    NoAnswerError,
+    RefusedByPolicyError,
+    RobotRefusedError,
+    SpheroProbeError,
+)
 from sphero_probe.link.exchange import Answered, Blocked, Silent
 from sphero_probe.link.policy import Consent
-from sphero_probe.probing.dry_run import planned_probes
 from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.oneshot import heading_of, send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Verdict
-from sphero_probe.reports.rows import finding_row, planned_row
-from sphero_probe.reports.views import FINDING, PLANNED
+from sphero_probe.reports.rows import finding_row
+from sphero_probe.reports.views import FINDING
 from sphero_probe.runs.resume import RunJournal
-from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
+from sphero_probe.session.addressing import address_of, model_behind, port_behind
+from sphero_probe.session.identify import ask_well_known
+from sphero_probe.session.session import Session
 
 CommandsFor = Callable[[Robot | None, int], tuple[Command, ...]]
 """Makes the commands from the robot's model, None where it is not known, and the line's port nibble."""
 
 
-def show_dry(output: Output, device: str, consent: Consent, make: CommandsFor) -> None:
-    """Show the bytes that would go out, and touch nothing.
-
-    Raises:
-        SpheroProbeError: the command makes no sense for this robot.
-    """
-    address = address_of(device)
-    robot = model_behind(address)
-    probes = [Probe(command, exact=True) for command in make(robot, port_behind(address))]
-    print_dry_run_note()
-    rows = map(
-        planned_row,
-        planned_probes(Plan("single", "", [probes]), generation_behind(address), robot, consent, None),
-    )
-    output.show(PLANNED, rows)
-
-
-def send_each(
-    output: Output,
-    device: str,
-    consent: Consent,
+def send_commands(
+    name: str,
     make: CommandsFor,
-    run_journal: RunJournal,
-    **connecting: Any,
+    consent: Consent,
+    output: Output,
+    connecting: ConnectOptions,
+    asking: AskOptions,
+    journal: JournalOptions,
 ) -> None:
-    """Connect, ask each command in turn until one fails, show the findings.
+    """Send each command in turn until one fails, and show the findings; or show what would be sent.
+
+    Args:
+        name: whose run it is: ``send`` or ``led``.
+        make: makes the commands.
+        consent: what is allowed.
+        output: where and how to show the findings.
+        connecting: which robot.
+        asking: the timeout, and whether this is a dry run.
+        journal: which journal to keep.
 
     Raises:
-        RefusedByPolicyError: the guard withheld one.
-        RobotRefusedError: the robot answered with an error.
-        SpheroProbeError: the robot cannot be reached, or did not answer.
+        RefusedByPolicyError: a command was not allowed.
+        CommandFailedError: the robot answered with an error, or not to this command.
+        SpheroProbeError: the robot cannot be reached, or answers nothing at all.
     """
+    if asking.dry_run:
+        address = address_of(connecting.device)
+        plan = _plan(name, make(model_behind(address), port_behind(address)))
+        show_dry_run(output, plan, address, consent, None)
+        return
     found: list[Finding] = []
     failed: list[SpheroProbeError] = []
 
     async def work() -> None:
-        async with connect(device, consent, **connecting) as session:
-            connection, link = session.connection, session.link
-            commands = make(connection.robot, connection.port)
-            plan = Plan(run_journal.command, "", [[Probe(command, exact=True) for command in commands]])
-            run_journal.begin(connection, plan, consent, None)
-            run_journal.record(heading_of(plan, link, connection.name))
-            began, frames = monotonic(), link.frames_sent
-            try:
-                for number, command in enumerate(commands, 1):
-                    finding = await send_once(link, command, number, run_journal.intend)
-                    found.append(finding)
-                    run_journal.record(finding)
-                    complain(finding, link.codec)
-            except (RefusedByPolicyError, RobotRefusedError, NoAnswerError) as error:
-                failed.append(error)
-            finally:
-                with suppress(LinkLostError):
-                    await stop_motors(link, commands[0].target)
-            counts = dict(Counter(finding.outcome for finding in found))
-            complete = len(found) == len(commands)
-            sent = sum(finding.attempts > 0 for finding in found)
-            seconds, frames = monotonic() - began, link.frames_sent - frames
-            run_journal.record(Summary(counts, seconds, sent, frames, complete))
+        try:
+            async with connect(connecting, consent, timeout=asking.timeout) as session:
+                await _ask_each(name, make, session, kept, found)
+        except (RefusedByPolicyError, CommandFailedError, NoAnswerError) as error:
+            failed.append(error)
 
-    with run_journal:
+    with run_journal(name, journal) as kept:
         run_interruptible(Interrupts(), work())
-    output.show(FINDING, map(finding_row, found))
+    show(output, FINDING, map(finding_row, found))
     if failed:
         raise failed[0]
 
 
-class NoAnswerError(SpheroProbeError):
-    """A single command stayed without an answer."""
+def _plan(name: str, commands: tuple[Command, ...]) -> Plan:
+    return Plan(name, "", [[Probe(command, exact=True) for command in commands]])
 
 
-def complain(finding: Finding, codec: Codec) -> None:
-    """Turn a finding that is no success into the error that ends the command.
+async def _ask_each(
+    name: str, make: CommandsFor, session: Session, journal: RunJournal, found: list[Finding]
+) -> None:
+    """Ask each command in turn, and add its finding to those found.
 
     Raises:
-        RefusedByPolicyError: the guard withheld the command.
-        RobotRefusedError: the robot answered with an error.
-        NoAnswerError: nobody answered.
+        SpheroProbeError: one failed; the rest is not asked.
     """
-    exchange = finding.exchange
+    failed: SpheroProbeError | None = None
+    connection, link = session.connection, session.link
+    commands = make(connection.robot, connection.port)
+    plan = _plan(name, commands)
+    journal.begin(connection, plan, link.policy.consent, None)
+    journal.record(heading_of(plan, link, connection.name))
+    began, frames = monotonic(), link.frames_sent
+    try:
+        for number, command in enumerate(commands, 1):
+            finding = await send_once(link, command, number, journal.intend)
+            found.append(finding)
+            journal.record(finding)
+            await check_answer(finding, session)
+    except (RefusedByPolicyError, CommandFailedError, NoAnswerError) as error:
+        failed = error
+    finally:
+        with suppress(LinkLostError):
+            await stop_motors(link, commands[0].target)
+    counts = dict(Counter(finding.outcome for finding in found))
+    complete = len(found) == len(commands)
+    sent = sum(finding.attempts > 0 for finding in found)
+    seconds, frames = monotonic() - began, link.frames_sent - frames
+    journal.record(Summary(counts, seconds, sent, frames, complete))
+    if failed:
+        raise failed
+
+
+async def check_answer(finding: Finding, session: Session) -> None:
+    """Check that a single command succeeded; after silence, find out whether the robot answers anything.
+
+    Args:
+        finding: of the command.
+        session: with the robot.
+
+    Raises:
+        RefusedByPolicyError: the command was not allowed.
+        RobotRefusedError: the robot answered with an error.
+        CommandSilentError: the robot answers other commands, but not this one.
+        NoAnswerError: the robot answers nothing at all.
+        LinkLostError: the connection was lost.
+    """
+    exchange, link = finding.exchange, session.link
     if isinstance(exchange, Blocked):
         raise RefusedByPolicyError(f"not sent: {exchange.reason}")
     if isinstance(exchange, Silent):
-        raise NoAnswerError(
-            f"no answer to {finding.attempts} attempts", "is it awake? try a longer --timeout"
+        command = exchange.command
+        tries = "1 attempt" if finding.attempts == 1 else f"{finding.attempts} attempts"
+        silence = f"no answer to 0x{command.did:02x}:0x{command.cid:02x} in {tries}"
+        if not link.answers:
+            await ask_well_known(link, WellKnown.ECHO, session.target)
+        if not link.answers:
+            raise NoAnswerError(
+                f"{silence}, nor to an echo: the robot is connected and answers nothing",
+                "shake it, or put it on its charger and take it off; or try a longer --timeout",
+            )
+        raise CommandSilentError(
+            f"{silence}; the robot answers other commands", "try a longer --timeout, or another --target"
         )
-    if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is not Verdict.OK:
+    if isinstance(exchange, Answered) and link.codec.verdict(exchange.response.code) is not Verdict.OK:
         code = exchange.response.code
         raise RobotRefusedError(
             f"the robot answered 0x{code:02x} {finding.code_name}",
-            f"see: sphero-probe explain {'--v1 ' if codec.generation == 'v1' else ''}0x{code:02x}",
+            f"see: sphero-probe explain {'--v1 ' if link.codec.generation == 'v1' else ''}0x{code:02x}",
         )

@@ -1,165 +1,268 @@
-"""The options that commands share, one decorator each."""
+"""The options that several commands share, one decorator a group; a command gets each group as one value.
 
+``--help`` imports this module, so it imports nothing but click.
+"""
+
+import re
 from collections.abc import Callable
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from sphero_probe.cli.complete.offers import offer_devices, offer_files, offer_nodes, offer_runs
-from sphero_probe.cli.output import COLOURS, FORMATS, Output
+from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.values import (
+    COLOURS,
+    FORMATS,
+    RISKS,
+    SUFFIXES,
+    AskOptions,
+    ConnectOptions,
+    JournalOptions,
+    Output,
+)
 
-Command = Callable[..., Any]
+Function = Callable[..., Any]
 
-RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
-"""The risk classes as people type them; the catalogue's own words, repeated so that help stays light."""
+if TYPE_CHECKING:
+    _TimeType = click.ParamType[float, Any]
+else:
+    _TimeType = click.ParamType  # generic only in newer releases of click
+
+_TIME: Final = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)(ms|s|m|min|)")
+_UNITS: Final = {"ms": 0.001, "s": 1.0, "": 1.0, "m": 60.0, "min": 60.0}
 
 
-class JournalOptions(NamedTuple):
-    """Which journal a run keeps.
+class Seconds(_TimeType):
+    """A time within bounds: ``500ms``, ``2s``, ``1m`` or plain seconds."""
 
-    Attributes:
-        file: where, None for a new file in the state directory.
-        off: keep none.
-        resume: the journal to go on with, None for a new run.
+    name = "time"
+
+    def __init__(self, least: float, most: float) -> None:
+        """Take the bounds, in seconds."""
+        self.least, self.most = least, most
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the seconds that a text means; a default is a number already."""
+        if isinstance(value, float):
+            return value
+        found = _TIME.fullmatch(value.strip())
+        if not found:
+            self.fail(f"'{value}' is not a time; write it as 500ms, 2s, 1m or plain seconds", param, ctx)
+        seconds = float(found[1]) * _UNITS[found[2]]
+        if not self.least <= seconds <= self.most:
+            self.fail(f"'{value}' is not from {_spell(self.least)} to {_spell(self.most)}", param, ctx)
+        return seconds
+
+
+def _spell(seconds: float) -> str:
+    """Write seconds as a person types them."""
+    if seconds < 1:
+        return f"{seconds * 1000:g}ms"
+    return f"{seconds:g}s" if seconds < 60 else f"{seconds / 60:g}m"
+
+
+def seconds_option(
+    *names: str, least: float, most: float, about: str, default: float | None = None
+) -> Function:
+    """Return an option that takes a time.
+
+    Args:
+        *names: as ``click.option`` takes them.
+        least: the shortest time, in seconds.
+        most: the longest.
+        about: its text in ``--help``.
+        default: seconds without the option, None for no time.
     """
-
-    file: str | None = None
-    off: bool = False
-    resume: str | None = None
+    return click.option(*names, type=Seconds(least, most), default=default, metavar="TIME", help=about)
 
 
-def output_options(function: Command) -> Command:
-    """Give a command ``--format``, ``--json``, ``-o``, ``--color`` and ``--debug``; it gets ``output``."""
-
-    def collect(**arguments: Any) -> Any:
-        chosen = "json" if arguments.pop("as_json") else arguments.pop("output_format")
-        arguments.pop("output_format", None)
-        output = Output(chosen, arguments.pop("output_file"), arguments.pop("color"))
-        arguments.pop("debug")
-        return function(output=output, **arguments)
-
-    decorated = _instead_of(function, collect)
-    for option in (
-        click.option("--debug", is_flag=True, help="Show tracebacks."),
-        click.option("--color", type=click.Choice(COLOURS), default="auto", help="When to colour."),
-        click.option(
-            "-o",
-            "--output",
-            "output_file",
-            metavar="FILE",
-            help="Write there instead of stdout.",
-            shell_complete=offer_files,
-        ),
-        click.option("--json", "as_json", is_flag=True, help="The same as --format json."),
-        click.option(
-            "--format",
-            "output_format",
-            type=click.Choice(FORMATS),
-            help="Default: table on a terminal, plain otherwise.",
-        ),
-    ):
-        decorated = option(decorated)
-    return decorated
-
-
-def journal_options(function: Command) -> Command:
-    """Give a command ``--journal`` and ``--no-journal``; it gets ``journal_choice``."""
-
-    def collect(**arguments: Any) -> Any:
-        journal_choice = JournalOptions(
-            arguments.pop("journal"), arguments.pop("no_journal"), arguments.pop("resume", None)
-        )
-        return function(journal_choice=journal_choice, **arguments)
-
-    decorated = _instead_of(function, collect)
-    for option in (
-        click.option("--no-journal", is_flag=True, help="Keep no journal of the run."),
-        click.option(
-            "--journal",
-            metavar="FILE",
-            help="Keep it there.  [default: see sphero-probe runs]",
-            shell_complete=offer_files,
-        ),
-    ):
-        decorated = option(decorated)
-    return decorated
-
-
-def resume_option(function: Command) -> Command:
-    """Give a command with ``journal_options`` ``--resume``, too."""
-    decorated: Command = click.option(
-        "--resume",
-        metavar="RUN",
-        help="Go on with an interrupted run: its journal, or last.",
-        shell_complete=offer_runs,
-    )(function)
-    return decorated
-
-
-def _instead_of(function: Command, collect: Command) -> Command:
-    """Let one function stand for another with the options it has already."""
-    collect.__doc__ = function.__doc__
-    collect.__name__ = function.__name__
-    collect.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
-    return collect
-
-
-def device_options(function: Command, *, unnamed: str = "the only robot nearby") -> Command:
-    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``.
+def device_options(function: Function, *, unnamed: str = "the only robot nearby") -> Function:
+    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``; it gets ``connecting``.
 
     Args:
         function: the command.
-        unnamed: what is done without ``--device``, for the help.
+        unnamed: what happens without ``--device``, for the help.
     """
-    for option in (
-        click.option("-v", "--verbose", is_flag=True, help="Show each step of connecting."),
-        click.option(
-            "--connect-timeout",
-            type=click.FloatRange(min=0.1, max=600),
-            default=10.0,
-            metavar="SECONDS",
-            help="For scanning, and again for each step of connecting.  [default: 10]",
-        ),
-        click.option("--adapter", default="", metavar="NAME", help="The Bluetooth adapter, like hci1."),
+    return _gather(
+        function,
+        "connecting",
+        ConnectOptions,
         click.option(
             "-d",
             "--device",
+            "connecting_device",
             envvar="SPHERO_PROBE_DEVICE",
-            default="",
             metavar="ROBOT",
+            callback=_check_device,
             help=f"Name, its beginning (BP-12), address, or fake:bolt-plus; default: {unnamed}.",
-            shell_complete=offer_devices,
+            shell_complete=offer("devices"),
         ),
-    ):
-        function = option(function)
-    return function
-
-
-def asking_options(function: Command) -> Command:
-    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm`` and ``--dry-run``."""
-    for option in (
-        click.option("--dry-run", is_flag=True, help="Show the exact bytes and touch nothing."),
+        adapter_option("connecting_adapter"),
+        seconds_option(
+            "--connect-timeout",
+            "connecting_connect_timeout",
+            least=0.1,
+            most=600,
+            default=10.0,
+            about="For scanning, and again for each step of connecting.  [default: 10s]",
+        ),
         click.option(
-            "--confirm", default="", metavar="NAME", help="The robot's name, to allow the brick class."
+            "-v", "--verbose", "connecting_verbose", is_flag=True, help="Show each step of connecting."
         ),
+    )
+
+
+def adapter_option(name: str = "adapter") -> Function:
+    """Return ``--adapter``.
+
+    Args:
+        name: of the parameter.
+    """
+    return click.option(
+        "--adapter", name, default="", metavar="NAME", help="The Bluetooth adapter, like hci1."
+    )
+
+
+def _check_device(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
+    if value is not None and not value.strip():
+        raise click.BadParameter("names no robot; without it, the only robot nearby is used", ctx, param)
+    return value or ""
+
+
+def asking_options(function: Function) -> Function:
+    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``."""
+    return _gather(
+        function,
+        "asking",
+        AskOptions,
+        click.option(
+            "--target",
+            "asking_target",
+            metavar="NODE",
+            help="primary, secondary, 0x12 or none; default: the robot's usual node.",
+            shell_complete=offer("nodes"),
+        ),
+        seconds_option(
+            "--timeout",
+            "asking_timeout",
+            least=0.01,
+            most=60,
+            about="Time until a command counts as silent.  [default: measured]",
+        ),
+        *_consent(),
+        click.option(
+            "--dry-run", "asking_dry_run", is_flag=True, help="Print the exact bytes and send nothing."
+        ),
+    )
+
+
+def consent_options(function: Function) -> Function:
+    """Give a command ``--allow`` and ``--confirm`` only; it gets ``asking``."""
+    return _gather(function, "asking", AskOptions, *_consent())
+
+
+def _consent() -> tuple[Function, Function]:
+    return (
         click.option(
             "--allow",
+            "asking_allow",
             multiple=True,
             type=click.Choice(RISKS),
             help="Allow a risk class, by name; may be repeated.",
         ),
         click.option(
-            "--timeout",
-            type=click.FloatRange(min=0.01, max=60),
-            metavar="SECONDS",
-            help="Until a command counts as silent.  [default: measured]",
+            "--confirm",
+            "asking_confirm",
+            default="",
+            metavar="NAME",
+            help="The robot's name, to allow the class brick.",
+        ),
+    )
+
+
+def journal_options(function: Function, *, resume: bool = False) -> Function:
+    """Give a command ``--journal`` and ``--no-journal``; it gets ``journal``.
+
+    Args:
+        function: the command.
+        resume: give it ``--resume``, too.
+    """
+    resuming = click.option(
+        "--resume",
+        "journal_resume",
+        metavar="RUN",
+        help='Resume an interrupted run: a journal file, a run name, or "last".',
+        shell_complete=offer("runs"),
+    )
+    return _gather(
+        function,
+        "journal",
+        JournalOptions,
+        *((resuming,) if resume else ()),
+        click.option(
+            "--journal",
+            "journal_file",
+            metavar="FILE",
+            help="Keep the journal there.  [default: see sphero-probe runs]",
+            shell_complete=offer("files"),
+        ),
+        click.option("--no-journal", "journal_off", is_flag=True, help="Keep no journal of the run."),
+    )
+
+
+def output_options(function: Function) -> Function:
+    """Give a command ``--format``, ``--json``, ``-o``, ``--color`` and ``--debug``; it gets ``output``."""
+    return _gather(
+        function,
+        "output",
+        Output.checked,
+        click.option(
+            "--format",
+            "output_chosen",
+            type=click.Choice(FORMATS),
+            help="Default: table on a terminal, plain otherwise.",
+        ),
+        click.option("--json", "output_chosen", flag_value="json", help="The same as --format json."),
+        click.option(
+            "-o",
+            "--output",
+            "output_file",
+            metavar="FILE",
+            help=f"Write there instead of stdout; {', '.join(SUFFIXES)} choose the format.",
+            shell_complete=offer("files"),
         ),
         click.option(
-            "--target",
-            metavar="NODE",
-            help="primary, secondary, 0x12 or none; default: the robot's usual.",
-            shell_complete=offer_nodes,
+            "--color", "output_color", type=click.Choice(COLOURS), default="auto", help="When to use colour."
         ),
-    ):
-        function = option(function)
-    return function
+        click.option("--debug", is_flag=True, expose_value=False, help="Show tracebacks."),
+    )
+
+
+def _gather(function: Function, name: str, kind: Callable[..., object], *options: Function) -> Function:
+    """Give a command options whose values arrive as one argument.
+
+    Args:
+        function: the command.
+        name: of the argument; the parameter of an option is called ``{name}_{attribute}``.
+        kind: makes the argument from its attributes.
+        *options: as help lists them.
+    """
+
+    def gathered(**arguments: Any) -> Any:
+        prefix = f"{name}_"
+        parts = {key: arguments.pop(key) for key in list(arguments) if key.startswith(prefix)}
+        value = kind(**{key.removeprefix(prefix): part for key, part in parts.items()})
+        return function(**{name: value}, **arguments)
+
+    decorated = _instead_of(function, gathered)
+    for option in reversed(options):
+        decorated = option(decorated)
+    return decorated
+
+
+def _instead_of(function: Function, replacement: Function) -> Function:
+    """Let one function stand for another, with the options that it has already."""
+    replacement.__doc__ = function.__doc__
+    replacement.__name__ = function.__name__
+    replacement.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
+    return replacement

@@ -1,137 +1,92 @@
-"""Rows in, the chosen format out: streams, colour and width are decided here."""
+"""Rows to a file or standard output, in the format and style that the output options say."""
 
 import os
+import shutil
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Final, NamedTuple, TextIO
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
 
+from sphero_probe.cli.values import Output
 from sphero_probe.errors import OutputError
+from sphero_probe.reports.registry import Report, Style, open_report
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.streams import takes_unicode, wants_color
+from sphero_probe.reports.views import View
 
-if TYPE_CHECKING:
-    from sphero_probe.reports.registry import Report, Style
-    from sphero_probe.reports.rows import Row
-    from sphero_probe.reports.views import View
-
-FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
-"""The names of the formats; the registry of reports has the same, repeated so that help stays light."""
-COLOURS: Final = ("auto", "always", "never")
-_BY_SUFFIX: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
+_WIDTH = 100
+"""Columns of a table where the width of the terminal is not known."""
 
 
-class Output(NamedTuple):
-    """Where and how results are shown.
-
-    Attributes:
-        chosen: the format that was asked for, None for the default of the place.
-        file: a path, None for standard output.
-        color: ``auto``, ``always`` or ``never``.
-    """
-
-    chosen: str | None
-    file: str | None
-    color: str
-
-    @property
-    def format(self) -> str:
-        """The format to write."""
-        if self.chosen:
-            return self.chosen
-        if self.file:
-            return _BY_SUFFIX.get(os.path.splitext(self.file)[1].lower(), "plain")  # noqa: PTH122 - as below
-        return "table" if sys.stdout.isatty() else "plain"
-
-    @contextmanager
-    def report(self, view: "View", *, live: bool = False) -> "Iterator[Report]":
-        """Open a report; it is closed, and the file with it, on leaving.
-
-        Args:
-            view: the rows that the tabular formats show.
-            live: every row reaches the reader as it is added, as far as the format writes row by row.
-
-        Raises:
-            OutputError: the file cannot be written.
-            OSError: standard output cannot be written.
-        """
-        from sphero_probe.reports.registry import open_report
-
-        with self._stream() as stream:
-            report = open_report(self.format, stream, view=view, style=self._style(stream))
-            try:
-                yield _Flushed(report, stream) if live else report
-            finally:
-                report.close()
-                stream.flush()
-
-    def show(self, view: "View", rows: "Iterable[Row]") -> None:
-        """Write all rows at once.
-
-        Raises:
-            OutputError: the file cannot be written.
-            OSError: standard output cannot be written.
-        """
-        with self.report(view) as report:
-            for row in rows:
-                report.add(row)
-
-    @contextmanager
-    def _stream(self) -> Iterator[TextIO]:
-        if self.file is None:
-            yield sys.stdout
-            return
-        try:
-            with open(self.file, "w", encoding="utf-8", newline="") as stream:  # noqa: PTH123 - pathlib would slow down --help
-                yield stream
-        except OSError as error:
-            raise OutputError(f"cannot write {self.file}: {error.strerror}") from error
-
-    def _style(self, stream: TextIO) -> "Style":
-        import shutil
-
-        from sphero_probe.reports.registry import Style
-
-        width = (
-            shutil.get_terminal_size((100, 24)).columns if stream.isatty() or "COLUMNS" in os.environ else 100
-        )
-        from sphero_probe.reports.streams import takes_unicode, wants_color
-
-        return Style(width, wants_color(self.color, stream), takes_unicode(stream))
-
-
-def say(text: str, *, limit: int | None = 400) -> None:
-    """Write a line for a person to standard error, made harmless, above a progress bar if there is one.
-
-    ``click.echo`` would write into the bar. A standard error that is gone is borne.
+@contextmanager
+def report(output: Output, view: View, *, live: bool = False) -> Iterator[Report]:
+    """Open a report; on leaving, it is closed, and its file with it.
 
     Args:
-        text: may hold a stranger's text.
-        limit: characters of it, None for all.
+        output: where and how to write.
+        view: the columns that the tabular formats show.
+        live: flush after every row, as far as the format writes row by row.
+
+    Raises:
+        OutputError: the file cannot be written.
+        OSError: standard output cannot be written.
     """
-    from sphero_probe.reports.printable import visible
-    from sphero_probe.reports.streams import takes_unicode
+    with _stream(output) as stream:
+        opened = open_report(output.format, stream, view=view, style=_style(output, stream))
+        try:
+            yield _Flushed(opened, stream) if live else opened
+        finally:
+            opened.close()
+            stream.flush()
 
-    if sys.stderr is not None:
-        with suppress(OSError):
-            sys.stderr.write(visible(text, limit=limit, unicode=takes_unicode(sys.stderr)) + "\n")
-            sys.stderr.flush()
+
+def show(output: Output, view: View, rows: Iterable[Row]) -> None:
+    """Write all rows at once.
+
+    Args:
+        output: where and how to write.
+        view: the columns that the tabular formats show.
+        rows: what to write.
+
+    Raises:
+        OutputError: the file cannot be written.
+        OSError: standard output cannot be written.
+    """
+    with report(output, view) as opened:
+        for row in rows:
+            opened.add(row)
 
 
-def warn(text: str) -> None:
-    """Print a warning on standard error."""
-    say(f"warning: {text}")
+@contextmanager
+def _stream(output: Output) -> Iterator[TextIO]:
+    if output.file is None:
+        yield sys.stdout
+        return
+    try:
+        with Path(output.file).open("w", encoding="utf-8", newline="") as stream:
+            yield stream
+    except OSError as error:
+        raise OutputError(f"cannot write {output.file}: {error.strerror}") from error
+
+
+def _style(output: Output, stream: TextIO) -> Style:
+    fits = stream.isatty() or "COLUMNS" in os.environ
+    width = shutil.get_terminal_size((_WIDTH, 24)).columns if fits else _WIDTH
+    return Style(width, wants_color(output.color, stream), takes_unicode(stream))
 
 
 class _Flushed:
-    """A report that holds no row back."""
+    """A report that flushes after every row."""
 
-    def __init__(self, report: "Report", stream: TextIO) -> None:
-        self._report = report
+    def __init__(self, opened: Report, stream: TextIO) -> None:
+        self._opened = opened
         self._stream = stream
 
-    def add(self, row: "Row") -> None:
-        self._report.add(row)
+    def add(self, row: Row) -> None:
+        self._opened.add(row)
         self._stream.flush()
 
     def close(self) -> None:
-        self._report.close()
+        self._opened.close()
         self._stream.flush()

@@ -1,19 +1,21 @@
-"""What people type becomes values: ids, ranges, names, hex bytes, colours, nodes."""
+"""Reading what people type: ids, ranges, names, hex bytes, colours, nodes."""
 
 import re
 from collections.abc import Iterable
 from typing import Final
 
-from sphero_probe.catalogue import close_names, device_by_name, row_by_name
+from sphero_probe.catalogue import DEVICE_NAMES, close_names, device_by_name, row_by_name
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.errors import UsageError
+from sphero_probe.errors import UsageError, did_you_mean
 from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Generation
 
 _NUMBER: Final = re.compile(r"0[xX][0-9a-fA-F]{1,8}|[0-9]{1,10}")
-_HEX: Final = re.compile(r"[0-9a-fA-F]*")
 _COLOUR: Final = re.compile(r"#?([0-9a-fA-F]{6}|[0-9a-fA-F]{3})")
-_SEPARATORS: Final = re.compile(r"[\s:_,]|0[xX]")
+HEX_SEPARATOR: Final = re.compile(r"[\s:_,]+")
+HEX_TOKEN: Final = re.compile(r"(?:0[xX])?([0-9a-fA-F]+)")
+_SHOWN: Final = 16
+"""Characters of a wrong token that a message shows."""
 
 
 def byte(text: str, what: str) -> int:
@@ -41,7 +43,7 @@ def device_id(text: str, generation: Generation) -> int:
         return byte(text, "DID")
     did = device_by_name(generation, text)
     if did is None:
-        raise UsageError(f"no device named '{text}'", _suggestion(text, generation, devices=True))
+        raise UsageError(f"no device named '{text}'", did_you_mean(text, DEVICE_NAMES[generation].values()))
     return did
 
 
@@ -55,7 +57,7 @@ def command_id(text: str, generation: Generation) -> int:
         return byte(text, "CID")
     row = row_by_name(generation, text)
     if row is None:
-        raise UsageError(f"no command named '{text}'", _suggestion(text, generation))
+        raise UsageError(f"no command named '{text}'", _near_command(text, generation))
     return row.cid
 
 
@@ -70,7 +72,7 @@ def pair(text: str, generation: Generation) -> tuple[int, int]:
         return device_id(did, generation), command_id(cid, generation)
     row = row_by_name(generation, text)
     if row is None:
-        raise UsageError(f"no command named '{text}'", _suggestion(text, generation))
+        raise UsageError(f"no command named '{text}'", _near_command(text, generation))
     return row.did, row.cid
 
 
@@ -97,22 +99,53 @@ def id_range(text: str, generation: Generation, *, devices: bool) -> tuple[int, 
 
 
 def hex_bytes(text: str, what: str) -> bytes:
-    """Return the bytes of ``8d0a13``, ``8d 0a 13``, ``8d:0a:13`` or ``0x8d 0x0a``.
+    """Return the bytes that a text of hex tokens stands for.
+
+    Blanks, colons, commas and underscores separate tokens, and each token stands for whole bytes: ``0102``,
+    ``01 02``, ``0x01 0x02`` and ``1 2`` are the same. A token of one digit is one byte.
+
+    Args:
+        text: the tokens.
+        what: the text's name, for messages.
 
     Raises:
-        UsageError: not hexadecimal, or an odd number of digits.
+        UsageError: it is not hexadecimal, or a token of several digits has an odd number of them.
     """
-    digits = _SEPARATORS.sub("", text)
-    if not _HEX.fullmatch(digits):
-        raise UsageError(f"{what}: '{text}' is not hexadecimal")
-    if len(digits) % 2:
-        raise UsageError(f"{what}: an odd number of hex digits ({len(digits)})", "two digits make a byte")
-    return bytes.fromhex(digits)
+    read = bytearray()
+    for token in HEX_SEPARATOR.split(text):
+        match = HEX_TOKEN.fullmatch(token)
+        if match is None:
+            if token:
+                raise UsageError(
+                    f"{what}: '{token[:_SHOWN]}' is not hexadecimal", "write bytes as 00ff or 0x00ff"
+                )
+            continue
+        digits = match[1]
+        if len(digits) % 2 and len(digits) > 1:
+            raise UsageError(f"{what}: {odd_digits(token)}", two_readings(digits))
+        read += bytes.fromhex(digits.zfill(2))
+    return bytes(read)
+
+
+def odd_digits(token: str) -> str:
+    """Return what is wrong with a token that has an odd number of digits."""
+    shown = token if len(token) <= _SHOWN else f"{token[:_SHOWN]}..."
+    return f"'{shown}' has an odd number of hex digits"
+
+
+def two_readings(digits: str) -> str:
+    """Return the hint for digits that may stand for different bytes: which ones."""
+    if len(digits) > _SHOWN:
+        return "a digit is missing, or there is one too many"
+    if len(digits) == 2:
+        return f"write 0{digits[0]} 0{digits[1]} or {digits}"
+    first, last = bytes.fromhex(f"0{digits}"), bytes.fromhex(f"{digits[:-1]}0{digits[-1]}")
+    return f"write {first.hex(' ')} or {last.hex(' ')}"
 
 
 def is_hex(text: str) -> bool:
     """Whether this can only be meant as hex bytes, well written or not."""
-    return bool(text) and bool(_HEX.fullmatch(_SEPARATORS.sub("", text)))
+    return bool(text) and all(HEX_TOKEN.fullmatch(token) for token in HEX_SEPARATOR.split(text) if token)
 
 
 def colour(text: str) -> tuple[int, int, int]:
@@ -161,24 +194,11 @@ def choose(text: str, known: Iterable[str], what: str) -> str:
         UsageError: it is not; a near one is suggested.
     """
     known = list(known)
-    if text in known:
-        return text
-    from difflib import get_close_matches
-
-    close = get_close_matches(text, known, n=1)
-    raise UsageError(
-        f"no {what} '{text}'", f"did you mean '{close[0]}'?" if close else f"known: {', '.join(known)}"
-    )
+    if text not in known:
+        raise UsageError(f"no {what} '{text}'", did_you_mean(text, known))
+    return text
 
 
-def _suggestion(text: str, generation: Generation, *, devices: bool = False) -> str:
-    if devices:
-        from difflib import get_close_matches
-
-        from sphero_probe.catalogue import DEVICE_NAMES
-
-        names = list(DEVICE_NAMES[generation].values())
-        close = get_close_matches(text, names, n=1)
-        return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(names)}"
+def _near_command(text: str, generation: Generation) -> str:
     near = close_names(generation, text)
     return f"did you mean '{near[0]}'?" if near else "see: sphero-probe catalog"

@@ -1,4 +1,4 @@
-"""How many probes are done goes in; a bar with rate and time left comes out, and goes again at the end."""
+"""The progress bar on standard error: probes done, rate and time left; it is erased at the end."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from rich.table import Column
 from rich.text import Text
 
 _WIDEST: Final = 30
-"""Columns of the bar: a line that is full would let the echo of Ctrl-C begin another, and stay."""
+"""Columns of the bar: after a full line, the echo of Ctrl-C would begin another and leave the first there."""
 
 
 class _AsciiConsole(Console):
@@ -29,10 +29,10 @@ class _TimeLeft(TimeRemainingColumn):
 
 @contextmanager
 def progress_bar(title: str, *, color: bool, unicode: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error until it is left; before the first probe is done, the robot is calibrated.
+    """Show a bar on standard error; before the first probe is done, it says that the robot is calibrated.
 
     Args:
-        title: what stands before the bar.
+        title: the text before the bar.
         color: it may be coloured.
         unicode: False keeps it within ASCII.
 

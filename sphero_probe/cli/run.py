@@ -1,69 +1,63 @@
-"""A plan and a robot's address go in, a report of the run comes out, with progress on standard error."""
+"""Running a plan and reporting it: what ``sweep``, ``discover`` and ``info`` have in common."""
 
 import sys
 from asyncio import Event
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
 
 from sphero_probe.cli.connect import connect
-from sphero_probe.cli.output import Output, say
+from sphero_probe.cli.journal import resume_hint
+from sphero_probe.cli.messages import say
+from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import node
-from sphero_probe.cli.resume_hint import resume_hint
 from sphero_probe.cli.signals import Interrupts, run_interruptible
+from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.errors import IncompleteError, LinkLostError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
 from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.recorder import NullRecorder, PreviousResults
 from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
 from sphero_probe.reports.streams import takes_unicode, wants_color
+from sphero_probe.reports.views import FINDINGS
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.session.session import Session
 
 
 def run_plan(
-    plan: Plan,
-    output: Output,
-    device: str,
-    consent: Consent,
-    target: str | None,
-    run_journal: RunJournal,
-    **connecting: Any,
+    plan: Plan, output: Output, connecting: ConnectOptions, asking: AskOptions, journal: RunJournal
 ) -> None:
     """Ask a plan, report it and keep its journal.
 
     Args:
         plan: what to ask.
         output: where and how to report.
-        device: the robot's address.
-        consent: what is allowed.
-        target: the node as it was typed, None for the robot's usual one.
-        run_journal: of the journal, entered.
-        **connecting: what ``open_session`` takes besides.
+        connecting: which robot.
+        asking: what is allowed, and of which node.
+        journal: of the run, entered.
 
     Raises:
         SpheroProbeError: the robot cannot be reached, or the link was lost beyond the last finding.
         InterruptedRunError: a signal ended the run.
         IncompleteError: something else did.
     """
-    from sphero_probe.reports.views import FINDINGS
-
-    target = run_journal.check(plan, consent, target)
+    consent = Consent.of(asking.allow, asking.confirm)
+    target = journal.check(plan, consent, asking.target)
     interrupts = Interrupts()
     complete = False
 
     async def work() -> None:
         nonlocal complete
-        async with connect(device, consent, **connecting) as session:
+        async with connect(connecting, consent, timeout=asking.timeout) as session:
             _warn_of_other_robot(plan, session)
-            run_journal.begin(session.connection, plan, consent, target)
-            run = start_run(plan, session, target, interrupts, run_journal)
-            with output.report(FINDINGS) as report, progress(plan.name, output) as advance:
+            journal.begin(session.connection, plan, consent, target)
+            run = start_run(plan, session, target, interrupts, journal)
+            with report(output, FINDINGS) as rows, progress(plan.name, output) as advance:
                 try:
                     async for record in run.records():
-                        report.add(row_of(record))
+                        rows.add(row_of(record))
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
@@ -71,7 +65,7 @@ def run_plan(
                     with suppress(LinkLostError):
                         await stop_motors(session.link, run.target)
 
-    with resume_hint(run_journal, device, consent):
+    with resume_hint(journal, connecting.device, consent):
         run_interruptible(interrupts, work())
         if not complete:
             raise IncompleteError("the run ended before everything was asked")
@@ -88,19 +82,27 @@ def start_run(
     session: Session,
     target: str | None,
     interrupts: Interrupts,
-    run_journal: RunJournal | None = None,
+    journal: RunJournal | None = None,
 ) -> Engine:
-    """Make a run that the first Ctrl-C stops politely, and that goes on where the keeper's journal ends."""
+    """Return a run that the first Ctrl-C stops cleanly, and that continues where its journal ends.
+
+    Args:
+        plan: what to ask.
+        session: with the robot.
+        target: the node as it was typed, None for the robot's usual one.
+        interrupts: of the command.
+        journal: of the run, None to keep none.
+    """
     connection = session.connection
     stop = Event()
     interrupts.stop_politely(stop)
     address = node(target, connection.robot, connection.port)
-    journal_choice = {"recorder": run_journal, "earlier": run_journal.earlier} if run_journal else {}
     return Engine(
         *(plan, session.link, connection.name, address, stop),
+        recorder=journal or NullRecorder(),
+        earlier=journal.earlier if journal else PreviousResults(),
         reconnect=session.reconnect,
         on_step=session.on_step,
-        **journal_choice,  # type: ignore[arg-type]
     )
 
 
@@ -121,13 +123,20 @@ def row_of(record: Record) -> Row:
 def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]:
     """Show a bar with rate and time left while standard error is a terminal.
 
-    Where rows run over a terminal as they come, they are the progress themselves.
+    Where rows are printed on a terminal as they come, they show the progress themselves.
+
+    Args:
+        title: the text before the bar.
+        output: where and how the rows are written.
+
+    Yields:
+        Takes how many probes are done, and of how many.
     """
     rows_run = output.file is None and output.format != "table" and sys.stdout.isatty()
     if rows_run or not sys.stderr.isatty():
         yield lambda _done, _total: None
         return
-    from sphero_probe.cli.progress_bar import progress_bar
+    from sphero_probe.cli.progress_bar import progress_bar  # noqa: PLC0415 - brings rich, which a pipe never needs
 
     color, unicode = wants_color(output.color, sys.stderr), takes_unicode(sys.stderr)
     with progress_bar(title, color=color, unicode=unicode) as advance:

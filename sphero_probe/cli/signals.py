@@ -1,12 +1,12 @@
-"""Signals in, a clean or an immediate end out: the first Ctrl-C waits for what is in flight."""
+"""Ctrl-C and SIGTERM: the first one ends a command cleanly, the second at once."""
 
 import asyncio
 import signal
 from collections.abc import Coroutine
 from typing import Any, Final
 
-from sphero_probe.cli.invoke import InterruptedRunError
-from sphero_probe.cli.output import say
+from sphero_probe.cli.messages import say
+from sphero_probe.errors import InterruptedRunError
 
 _SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 

@@ -10,13 +10,13 @@ from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Response, Role
-from sphero_probe.runs.fields import BadLineError, Fields
+from sphero_probe.runs.fields import Fields
 
 SCHEMA_VERSION: Final = 1
 MAX_LINE: Final = 1 << 20

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final, NoReturn, TypeVar
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import BadLineError
 
 _ENTRIES: Final = 256
 _DEPTH: Final = 8
@@ -18,10 +19,6 @@ _TEXT: Final = 1 << 16
 _OWN_KEYS: Final = frozenset({"type", "kind", "text", "schema_version"})
 
 _Member = TypeVar("_Member")
-
-
-class BadLineError(ValueError):
-    """A line that no run of this tool can have written; the text says why."""
 
 
 def parse(line: bytes) -> dict[str, object]:

@@ -6,7 +6,6 @@ file opened for append, so that whatever kills the process leaves whole lines an
 """
 
 import os
-import sys
 from pathlib import Path
 from typing import Final, Self
 
@@ -15,12 +14,11 @@ from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Finding, Heading, Record
 from sphero_probe.runs.decode import Opening
 from sphero_probe.runs.encode import encode, encode_finding, encode_intent
+from sphero_probe.runs.lock import lock
 from sphero_probe.runs.reader import FLAGS, Recorded, read_descriptor, why
 from sphero_probe.session.identity import Identity, difference
 
 _APPEND: Final = os.O_APPEND | FLAGS
-_LOCK_AT: Final = 1 << 40
-"""Where Windows, which locks bytes and not files, is asked to: far behind all that is written."""
 
 
 class Journal:
@@ -46,7 +44,7 @@ class Journal:
 
         Raises:
             OutputError: it cannot be written, or holds something.
-            BadInputFileError: another run is writing it.
+            InUseError: another process is writing it.
         """
         existed = os.path.lexists(path)
         try:
@@ -54,7 +52,7 @@ class Journal:
         except (OSError, ValueError) as error:
             raise OutputError(f"cannot write {path}: {why(error)}") from error
         try:
-            _lock(descriptor, path)
+            lock(descriptor, path)
             _check_empty(descriptor, path)
         except BaseException:
             os.close(descriptor)
@@ -66,7 +64,8 @@ class Journal:
         """Open the journal of an interrupted run to go on with it; a torn last line is cut off.
 
         Raises:
-            BadInputFileError: it is none, or another run is writing it.
+            BadInputFileError: it is no journal.
+            InUseError: another process is writing it.
             OutputError: it cannot be written.
         """
         try:
@@ -76,7 +75,7 @@ class Journal:
         except OSError as error:
             raise OutputError(f"cannot write {path}: {why(error)}") from error
         try:
-            _lock(descriptor, path)
+            lock(descriptor, path)
             recorded = read_descriptor(descriptor, path)
             journal = cls(descriptor, path, recorded, ours=False)
             journal._mend(recorded)
@@ -178,25 +177,3 @@ def _check_empty(descriptor: int, path: Path) -> None:
         raise OutputError(
             f"cannot write {path}: it holds something already", "go on with --resume, or name a new file"
         )
-
-
-def _lock(descriptor: int, path: Path) -> None:
-    """Make the file this run's own until it is closed.
-
-    Raises:
-        BadInputFileError: it is another's.
-    """
-    try:
-        if sys.platform == "win32":
-            import msvcrt  # noqa: PLC0415 - there is none elsewhere
-
-            os.lseek(descriptor, _LOCK_AT, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl  # noqa: PLC0415 - there is none on Windows
-
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError) as error:
-        raise BadInputFileError(f"{path}: another run is writing it") from error
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {why(error)}") from error

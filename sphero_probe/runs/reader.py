@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.link.exchange import Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.probing.recorder import PreviousResults
 from sphero_probe.runs.decode import MAX_LINE, Intent, Opening, decode
-from sphero_probe.runs.fields import BadLineError, parse
+from sphero_probe.runs.fields import parse
 
 MAX_FILE: Final = 1 << 29
 """Bytes of a journal."""

@@ -66,7 +66,8 @@ class RunJournal:
 
         Raises:
             UsageError: the options contradict each other.
-            BadInputFileError: the journal to go on with is none, of another command, or in use.
+            BadInputFileError: the journal to resume is none, or of another command.
+            InUseError: another process is writing it.
             OutputError: it cannot be written.
         """
         file, off, resume = self._file, self._off, self._resume

@@ -7,7 +7,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sphero_probe.errors import BadInputFileError, OutputError
+from sphero_probe.errors import BadInputFileError, InUseError, OutputError
 from sphero_probe.runs.folders import former_state_folder, state_folder
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def create_journal(robot: str, plan: str, *, now: datetime) -> "Journal":
         if not os.path.lexists(path):
             try:
                 return Journal.create(path)
-            except BadInputFileError:  # another run was quicker
+            except InUseError:  # another run was quicker
                 continue
     raise AssertionError("counting does not end")
 

@@ -3,20 +3,19 @@
 import math
 import re
 from collections.abc import Callable
-from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
-from urllib.parse import unquote
+from urllib.parse import parse_qsl
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.errors import UsageError
+from sphero_probe.errors import UsageError, nearest
 from sphero_probe.simulator.response_style import RESPONSE_STYLES
 
 MOST_HIDDEN: Final = 500
 """Hidden commands that any robot has room for."""
 
-_UNITS: Final = {"ms": 0.001, "s": 1.0, "min": 60.0}
+_UNITS: Final = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0}
 _QUANTITY: Final = re.compile(r"(\d+(?:\.\d*)?|\.\d+)([a-z]*)", re.ASCII)
 
 
@@ -109,16 +108,16 @@ def parse_settings(text: str) -> Settings:
     """
     word, _, query = text.partition("?")
     values: dict[str, Any] = {}
-    for part in query.split("&") if query else ():
-        key, equals, value = part.partition("=")
+    plus_kept = query.replace("+", "%2B")  # parse_qsl would read a plus sign as a blank, as web forms do
+    for key, value in parse_qsl(plus_kept, keep_blank_values=True):
         if key not in KEYS:
             raise UsageError(_unknown("setting", key, list(KEYS)))
         if key in values:
             raise UsageError(f"fake robot setting {key} is given twice")
         try:
-            values[key] = KEYS[key](unquote(value))
+            values[key] = KEYS[key](value)
         except ValueError as error:
-            raise UsageError(f"fake robot setting {key}{equals}{value}: {error}") from None
+            raise UsageError(f"fake robot setting {key}={value}: {error}") from None
     return Settings(_model(word), **values)
 
 
@@ -133,7 +132,7 @@ def _model(word: str) -> Robot:
 
 
 def _unknown(kind: str, word: str, known: list[str]) -> str:
-    near = get_close_matches(word.lower(), known, n=1)
+    near = nearest(word.lower(), known)
     guess = f" did you mean {near[0]}?" if near else ""
     return f"unknown fake {kind} {word!r};{guess} there are {', '.join(known)}"
 

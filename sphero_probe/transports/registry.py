@@ -3,11 +3,10 @@
 import re
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
-from difflib import get_close_matches
 from importlib import import_module
 from typing import Final, NamedTuple
 
-from sphero_probe.errors import UsageError
+from sphero_probe.errors import UsageError, did_you_mean
 from sphero_probe.transports.base import HARDWARE_ADDRESS, Connection, OpenOptions, Seen
 
 SCHEMES: Final[dict[str, str]] = {
@@ -52,10 +51,9 @@ def parse_address(text: str) -> DeviceAddress:
         return DeviceAddress("ble", text)
     scheme, rest = match.groups()
     if scheme not in SCHEMES:
-        close = get_close_matches(scheme, SCHEMES, n=1)
         raise UsageError(
             f"unknown kind of device address '{scheme}:'",
-            f"did you mean '{close[0]}:'?" if close else f"known: {', '.join(f'{s}:' for s in SCHEMES)}",
+            did_you_mean(f"{scheme}:", (f"{known}:" for known in SCHEMES)),
         )
     if not rest:
         raise UsageError(f"'{scheme}:' names no robot", f"try --device {scheme}:…, or fake:bolt-plus")

@@ -1,12 +1,11 @@
 """What stands behind ``serial:`` or ``rfcomm:`` goes in; the port, its robot and the rate come out."""
 
-from difflib import get_close_matches
 from typing import Final, NamedTuple
-from urllib.parse import unquote
+from urllib.parse import parse_qsl
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.errors import UsageError
+from sphero_probe.errors import UsageError, did_you_mean
 
 BAUD: Final = 115200
 """Bits per second of an RVR's UART, at 8 data bits, no parity, one stop bit [vendor]."""
@@ -49,14 +48,14 @@ def parse_port(text: str, usual: str) -> Port:
     if not mark:
         url, query = text, ""
     values: dict[str, str] = {}
-    for part in query.split("&") if query else ():
-        key, _, value = part.partition("=")
+    plus_kept = query.replace("+", "%2B")  # parse_qsl would read a plus sign as a blank, as web forms do
+    for key, value in parse_qsl(plus_kept, keep_blank_values=True):
         if key not in _PARAMETERS:
             own = " (a query of the URL's own ends with one more '?')" if "://" in url else ""
-            raise UsageError(f"unknown serial port parameter '{key}'", _guess(key, _PARAMETERS) + own)
+            raise UsageError(f"unknown serial port parameter '{key}'", did_you_mean(key, _PARAMETERS) + own)
         if key in values:
             raise UsageError(f"serial port parameter '{key}' is given twice")
-        values[key] = unquote(value)
+        values[key] = value
     if not url:
         raise UsageError("no serial port is named", LIKE)
     return Port(url, _robot(values.get("robot", usual)), _baud(values.get("baud", str(BAUD))))
@@ -65,7 +64,7 @@ def parse_port(text: str, usual: str) -> Port:
 def _robot(word: str) -> Robot:
     robot = robot_by_word(word)
     if robot is None:
-        raise UsageError(f"no robot '{word}' in the catalogue", _guess(word.casefold(), tuple(ROBOTS)))
+        raise UsageError(f"no robot '{word}' in the catalogue", did_you_mean(word.casefold(), ROBOTS))
     return robot
 
 
@@ -75,8 +74,3 @@ def _baud(text: str) -> int:
             f"baud={text} is no rate", f"write bits per second from {_SLOWEST} to {_FASTEST}, like {BAUD}"
         )
     return int(text)
-
-
-def _guess(word: str, known: tuple[str, ...]) -> str:
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(known)}"

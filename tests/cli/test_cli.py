@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sphero_probe.catalogue import ROBOTS
-from sphero_probe.cli.output import FORMATS
+from sphero_probe.cli.values import FORMATS
 from sphero_probe.protocol.packets import Generation
 from tests.support.cli import Cli, objects
 from tests.support.reports_by_hand import FINDING_KEYS
@@ -115,13 +115,43 @@ def test_send_to_a_node_by_name(cli: Cli) -> None:
     assert json.loads(ran.out)[0]["target"] is None
 
 
-def test_no_answer_at_all_is_a_failure(cli: Cli) -> None:
-    ran = cli(
-        *("send", "0x13", "0x03", "--timeout", "0.01"), "--device", "fake:bolt?silent=0x13:0x03", "--json"
-    )
-    assert ran.code == 1
+SILENT = [
+    pytest.param("0x13:0x03", "0x13 0x03", 7, "in 3 attempts; the robot answers other commands", id="woken"),
+    pytest.param("0x16:0x01", "0x16 0x01 00000000", 7, "in 1 attempt; the robot answers", id="echo-answered"),
+    pytest.param("0x13:0x03,0x13:0x0d", "0x13 0x03", 7, "in 3 attempts; the robot answers", id="no-wake"),
+    pytest.param("0x13:0x03,0x13:0x0d,0x10:0x00", "0x13 0x03", 4, "connected and answers nothing", id="mute"),
+    pytest.param("0x16:0x01,0x10:0x00", "0x16 0x01 00000000", 4, "answers nothing", id="mute-motion"),
+]
+"""What the robot never answers, the command, the exit code and what is said."""
+
+
+@pytest.mark.parametrize(("silent", "words", "code", "said"), SILENT)
+def test_silence_of_one_command_is_not_silence_of_the_robot(cli, silent, words, code, said):
+    device = ("--device", f"fake:bolt?silent={silent}", "--timeout", "10ms", "--allow", "motion")
+    ran = cli("send", *words.split(), *device, "--json")
+    assert ran.code == code, ran.err
     assert json.loads(ran.out)[0]["outcome"] == "silent"
-    assert "no answer to 3 attempts" in ran.err
+    assert said in ran.err
+    assert f"no answer to {words[:4]}:{words[5:9]} " in ran.err
+
+
+def test_listen_tells_silence_apart_in_the_same_way(cli):
+    for silent, code in (("0x13:0x03", 7), ("0x13:0x03,0x13:0x0d,0x10:0x00", 4)):
+        ran = cli("listen", "--send", "0x13 0x03", "--seconds", "5", "--device", f"fake:bolt?silent={silent}")
+        assert ran.code == code, ran.err
+
+
+def test_silence_to_a_node_that_does_not_exist_is_no_mute_robot(cli):
+    ran = cli(
+        "send", "0x13", "0x03", "--target", "0x1e", "--timeout", "10ms", "--device", "fake:bolt", "--json"
+    )
+    assert ran.code == 7, ran.err
+
+
+def test_a_command_that_stayed_silent_ends_its_journal(cli):
+    cli("send", "0x13", "0x03", "--timeout", "10ms", "--device", "fake:bolt?silent=0x13:0x03")
+    (run,) = json.loads(cli("runs", "--json").out)
+    assert run["complete"] is True
 
 
 def test_dry_run_shows_bytes_and_touches_nothing(cli: Cli, tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ USAGE = 2
             ("sweep", "--plan", "hello", "--did", "0x13", *FAKE), USAGE, "--plan says", id="plan-and-did"
         ),
         pytest.param(
-            ("sweep", "--did", "0x13", "--payload", "0", *FAKE), USAGE, "odd number", id="odd-payload"
+            ("sweep", "--did", "0x13", "--payload", "012", *FAKE), USAGE, "odd number", id="odd-payload"
         ),
         pytest.param(
             ("sweep", "--did", "0x13", "--target", "third", *FAKE), USAGE, "no node named", id="node"
@@ -48,12 +48,10 @@ USAGE = 2
         ),
         pytest.param(("send", "drive.set_raw_motors", *FAKE), USAGE, "takes arguments", id="needs-arguments"),
         pytest.param(("led", "--front", "ff000", *FAKE), USAGE, "not a colour", id="colour-of-5-digits"),
-        pytest.param(("led", *FAKE), USAGE, "no lamp is named", id="no-lamp"),
+        pytest.param(("led", *FAKE), USAGE, "no LED is named", id="no-led"),
         pytest.param(("led", "--led", "front", *FAKE), USAGE, "NAME=RRGGBB", id="lamp-without-colour"),
         pytest.param(("led", "--led", "frnt=f00", *FAKE), USAGE, "did you mean 'front'", id="unknown-lamp"),
-        pytest.param(
-            ("led", "--front", "f00", "--device", "fake:lmq"), USAGE, "no lamps are known", id="lmq"
-        ),
+        pytest.param(("led", "--front", "f00", "--device", "fake:lmq"), USAGE, "no LEDs are known", id="lmq"),
         pytest.param(("info", "--device", "fake:blot"), USAGE, "bolt", id="unknown-model"),
         pytest.param(("info", "--device", "fake:bolt?sed=1"), USAGE, "seed", id="unknown-key"),
         pytest.param(("info", "--device", "fake:bolt?latency=15"), USAGE, "15", id="time-without-unit"),

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from sphero_probe.cli.output import FORMATS
+from sphero_probe.cli.values import FORMATS
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.store import runs_folder, slug
 from tests.support.cli import Cli
@@ -248,8 +248,10 @@ def test_a_journal_in_use_is_refused(cli: Cli, tmp_path: Path) -> None:
     with Journal.create(path):
         for arguments in ((*SWEEP, "--journal", str(path)), ("sweep", "--resume", str(path))):
             ran = cli(*arguments, *FAKE)
-            assert ran.code == 8
-            assert ran.err.splitlines() == [f"sphero-probe: {path}: another run is writing it"]
+            assert ran.code == 11
+            said, hint = ran.err.splitlines()
+            assert said.startswith(f"sphero-probe: {path}: in use by ")
+            assert "another journal" in hint
 
 
 @pytest.mark.parametrize("place", ["/no/such/folder/x", ".", "nul\0"])
@@ -367,9 +369,9 @@ def await_size(path: Path, size: int, process: subprocess.Popen[str]) -> None:
         time.sleep(0.002)
 
 
-def start(path: Path, *arguments: str) -> "subprocess.Popen[str]":
+def start(path: Path, *arguments: str, did: str = "0x13") -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [*PROBE, *SWEEP, *SLOW, "--journal", str(path), *arguments],
+        [*PROBE, "sweep", "--did", did, "--cid", "0-0x1f", *SLOW, "--journal", str(path), *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -400,7 +402,7 @@ def test_kill_9_and_on(cli: Cli, tmp_path: Path, size: int) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
 def test_a_signal_tells_how_to_go_on(cli: Cli, tmp_path: Path, number: signal.Signals) -> None:
     path = tmp_path / "run.jsonl"
-    process = start(path, "--did", "0x10-0x1a", "--allow", "write")
+    process = start(path, "--allow", "write", did="0x10-0x1a")
     await_size(path, 3000, process)
     process.send_signal(number)
     _, err = process.communicate(timeout=30)
@@ -415,7 +417,7 @@ def test_a_signal_tells_how_to_go_on(cli: Cli, tmp_path: Path, number: signal.Si
 
 def test_a_closed_pipe_leaves_a_journal_that_goes_on(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
-    process = start(path, "--did", "0x10-0x1a", "--format", "jsonl")
+    process = start(path, "--format", "jsonl", did="0x10-0x1a")
     assert process.stdout
     assert process.stderr
     process.stdout.read(10)

@@ -15,8 +15,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sphero_probe.cli.commands import decode
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.cli import hex_stream
+from sphero_probe.cli.actions import decode
+from sphero_probe.cli.parse import hex_bytes
+from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol.packets import Notification, Response
 from sphero_probe.protocol.v1 import V1
 from sphero_probe.protocol.v2 import V2
@@ -38,13 +40,13 @@ SPELLINGS: dict[str, Callable[[bytes], str]] = {
     "blanks": lambda data: data.hex(" "),
     "colons": lambda data: data.hex(":").upper(),
     "0x": as_0x,
-    "lines": lambda data: "\r\n".join(data.hex("_")[at : at + 7] for at in range(0, len(data) * 3, 7)) + "\n",
+    "lines": lambda data: "\r\n".join(data.hex("_")[at : at + 6] for at in range(0, len(data) * 3, 6)) + "\n",
 }
 
 
 def unhexed(text: bytes, size: int) -> bytes:
     pieces = (text[at : at + size] for at in range(0, len(text), size))
-    return b"".join(decode._unhexed(pieces, "a file"))
+    return b"".join(hex_stream.unhexed(pieces, "a file"))
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
@@ -52,6 +54,44 @@ def unhexed(text: bytes, size: int) -> bytes:
 def test_hex_text_is_read_wherever_it_is_cut(spelling: str, size: int) -> None:
     text = SPELLINGS[spelling](STREAM).encode()
     assert unhexed(text, size) == STREAM
+
+
+ONE_DIGIT = [
+    pytest.param(b"0x1 0x2", "0102", id="prefixed"),
+    pytest.param(b"0x7 0xf 0x0 0x0", "070f0000", id="prefixed, four"),
+    pytest.param(b"1 2", "0102", id="bare"),
+    pytest.param(b"1:2,3_4", "01020304", id="other separators"),
+    pytest.param(b"0x1\n0x2\n", "0102", id="prefixed, a line each"),
+    pytest.param(b"1\n0x2 3\n44", "01020344", id="at the ends of lines"),
+    pytest.param(b"0", "00", id="half a prefix"),
+    pytest.param(b"0x8D 0xa 0X13 0x0102", "8d0a130102", id="mixed lengths"),
+    pytest.param(b"1 \n\n", "01", id="blank lines after a digit"),
+    pytest.param(b"ff" + b" " * 63 + b"1", "ff01", id="a token at the end of the gap"),
+    pytest.param(b"1\n" + b"8d" * 40, "01" + "8d" * 40, id="a digit before a long token"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), ONE_DIGIT)
+@pytest.mark.parametrize("size", [1, 2, 3, 4, 100])
+def test_a_token_of_one_digit_is_a_byte(text, expected, size):
+    assert unhexed(text, size).hex() == expected
+    assert hex_bytes(text.decode(), "text").hex() == expected
+
+
+@given(
+    st.lists(st.sampled_from(["1", "0", "8d", "0x1", "0xa", "0X8d", "0102", " ", ",", ":", "x"]), max_size=9)
+)
+def test_a_stream_says_what_the_argument_says(parts):
+    text = "".join(parts)
+    try:
+        expected = hex_bytes(text, "text")
+    except UsageError:
+        for size in (1, 2, 100):
+            with pytest.raises(BadInputFileError):
+                unhexed(text.encode(), size)
+        return
+    for size in (1, 2, 100):
+        assert unhexed(text.encode(), size) == expected
 
 
 @given(st.binary(max_size=40), st.sampled_from(sorted(SPELLINGS)), st.integers(1, 9))
@@ -65,9 +105,15 @@ def test_any_bytes_come_through_as_hex_text(data: bytes, spelling: str, size: in
         pytest.param(b"8d0a13zz", "byte 0x7a at offset 6", id="a letter"),
         pytest.param(b"8d0a\n13 \xff", "byte 0xff at offset 8", id="no text"),
         pytest.param(b"0x8d x8d", "byte 0x78 at offset 5", id="half a prefix"),
-        pytest.param(b"8d0xx8", "byte 0x78 at offset 4", id="two x"),
-        pytest.param(b"8d 0a 1", "an odd number of hex digits", id="odd"),
-        pytest.param(b"8d 0a 0", "an odd number of hex digits", id="odd, half a prefix"),
+        pytest.param(b"8d0xx8", "byte 0x78 at offset 3", id="a prefix inside a token"),
+        pytest.param(b"8d 0xx8", "byte 0x78 at offset 5", id="two x"),
+        pytest.param(b"8d 0x, 0a", "byte 0x78 at offset 4", id="a prefix alone"),
+        pytest.param(b"8d 0x", "byte 0x78 at offset 4", id="a prefix at the end"),
+        pytest.param(b"8d 0a1", "'0a1' has an odd number of hex digits at offset 3", id="odd at the end"),
+        pytest.param(b"8d 0x0a1 13", "an odd number of hex digits at offset 5", id="odd, with a prefix"),
+        pytest.param(b"8d0a130 ", "an odd number of hex digits", id="odd, longer than a piece"),
+        pytest.param(b"8d 0a 1\n3 10", "cut the byte '13' at offset 6", id="a byte cut by a line break"),
+        pytest.param(b"8d 0a 1,\r\n 3", "cut the byte '13' at offset 6", id="cut, with blanks"),
     ],
 )
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 100])
@@ -80,7 +126,7 @@ def test_hex_text_that_is_none(text: bytes, message: str, size: int) -> None:
 def test_what_came_before_wrong_hex_is_told(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr(decode, "_CHUNK", 16)
+    monkeypatch.setattr(hex_stream, "CHUNK", 16)
     file = tmp_path / "stream.txt"
     file.write_text(f"{STREAM.hex(' ')} oops")
     ran = cli("decode", str(file), "--format", name)
@@ -96,7 +142,7 @@ def test_what_came_before_wrong_hex_is_told(
 def test_a_file_says_the_same_whatever_its_spelling(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spelling: str, size: int
 ) -> None:
-    monkeypatch.setattr(decode, "_CHUNK", size)
+    monkeypatch.setattr(hex_stream, "CHUNK", size)
     file = tmp_path / "stream"
     file.write_bytes(STREAM if spelling == "binary" else SPELLINGS[spelling](STREAM).encode())
     rows = [json.loads(line) for line in cli("decode", str(file), "--format", "jsonl").out.splitlines()]
@@ -170,7 +216,7 @@ def test_both_generations_in_one_file_cut_anywhere(
     file.write_bytes(FRAMES[0] + ping + b"u>" + FRAMES[1] + ping)
     outs = []
     for size in (1, 5, 1 << 14):
-        monkeypatch.setattr(decode, "_CHUNK", size)
+        monkeypatch.setattr(hex_stream, "CHUNK", size)
         outs.append(cli("decode", str(file), "--format", "jsonl").out)
     kinds = [(row["generation"], row["kind"]) for row in map(json.loads, outs[0].splitlines())]
     assert kinds[:3] == [("v2", "response"), ("v1", "response"), ("v1", "malformed")]

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from sphero_probe.cli.output import FORMATS, Output, say
+from sphero_probe.cli.messages import say
+from sphero_probe.cli.output import report
 from sphero_probe.cli.progress_bar import progress_bar
 from sphero_probe.cli.run import progress
+from sphero_probe.cli.values import FORMATS, Output
 from sphero_probe.errors import OutputError
 from sphero_probe.probing.facts import Fact
 from sphero_probe.reports.rows import fact_row
@@ -30,9 +32,9 @@ def value_of(number: int) -> str:
 @pytest.mark.parametrize("name", AT_ONCE)
 def test_a_live_report_can_be_read_while_it_grows(tmp_path: Path, name: str) -> None:
     file = tmp_path / "facts"
-    with Output(name, str(file), "auto").report(FACTS, live=True) as report:
+    with report(Output(name, str(file), "auto"), FACTS, live=True) as rows:
         for number in range(3):
-            report.add(fact_row(Fact("fact", value_of(number))))
+            rows.add(fact_row(Fact("fact", value_of(number))))
             assert value_of(number) in file.read_text("utf-8")
             assert value_of(number + 1) not in file.read_text("utf-8")
     assert value_of(2) in file.read_text("utf-8")
@@ -42,15 +44,15 @@ def test_a_live_report_can_be_read_while_it_grows(tmp_path: Path, name: str) -> 
 def test_so_it_is_on_standard_output(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     raw = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, "utf-8", write_through=False))
-    with Output(name, None, "auto").report(FACTS, live=True) as report:
-        report.add(fact_row(Fact("fact", value_of(1))))
+    with report(Output(name, None, "auto"), FACTS, live=True) as rows:
+        rows.add(fact_row(Fact("fact", value_of(1))))
         assert value_of(1).encode() in raw.getvalue()
 
 
 def test_a_report_of_many_rows_is_not_flushed_row_by_row(tmp_path: Path) -> None:
     file = tmp_path / "facts"
-    with Output("jsonl", str(file), "auto").report(FACTS) as report:
-        report.add(fact_row(Fact("fact", value_of(1))))
+    with report(Output("jsonl", str(file), "auto"), FACTS) as rows:
+        rows.add(fact_row(Fact("fact", value_of(1))))
         assert file.read_text("utf-8") == ""
     assert value_of(1) in file.read_text("utf-8")
 
@@ -60,9 +62,9 @@ def test_live_or_not_the_report_is_the_same(tmp_path: Path, name: str) -> None:
     written = []
     for live in (False, True):
         file = tmp_path / str(live)
-        with Output(name, str(file), "auto").report(FACTS, live=live) as report:
+        with report(Output(name, str(file), "auto"), FACTS, live=live) as rows:
             for number in range(2):
-                report.add(fact_row(Fact("fact", value_of(number))))
+                rows.add(fact_row(Fact("fact", value_of(number))))
         written.append(file.read_bytes())
     assert written[0] == written[1]
 

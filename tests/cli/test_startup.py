@@ -30,7 +30,19 @@ SLOW = {
     "traceback",
 }
 """Of the standard library: each costs a millisecond or more, and click does not need it either."""
-LAYERS = ("reports", "probing", "link", "transports", "simulator", "catalogue", "protocol")
+LAYERS = (
+    "diagnostics",
+    "reports",
+    "runs",
+    "probing",
+    "session",
+    "link",
+    "transports",
+    "simulator",
+    "catalogue",
+    "protocol",
+)
+"""All of ours but the command line and the exceptions."""
 
 HELP = """
 import json, sys, click
@@ -87,6 +99,7 @@ def test_help_imports_nothing_slow() -> None:
     for command, modules in imported.items():
         assert not (HEAVY | SLOW) & set(modules), command
         assert not [name for name in modules if name.startswith(tuple(f"sphero_probe.{x}" for x in LAYERS))]
+        assert not [name for name in modules if name.startswith("sphero_probe.cli.actions")], command
 
 
 def test_completion_imports_nothing_heavy() -> None:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import BadInputFileError, LinkLostError, OutputError
+from sphero_probe.errors import BadInputFileError, BadLineError, InUseError, LinkLostError, OutputError
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.probing.engine import Engine
@@ -23,7 +23,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 from sphero_probe.runs.decode import Opening, decode, digest_of
 from sphero_probe.runs.encode import encode
-from sphero_probe.runs.fields import BadLineError, parse
+from sphero_probe.runs.fields import parse
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.reader import Recorded, read_journal
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
@@ -283,9 +283,9 @@ def test_what_may_have_been_executed_is_never_sent_again(tmp_path: Path, silent:
 def test_only_one_run_writes_a_journal(recording: tuple[bytes, Ran], tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(recording[0])
-    with Journal.reopen(path), pytest.raises(BadInputFileError, match="another run is writing it"):
+    with Journal.reopen(path), pytest.raises(InUseError, match="in use by "):
         Journal.reopen(path)
-    with Journal.create(tmp_path / "new"), pytest.raises(BadInputFileError, match="another run"):
+    with Journal.create(tmp_path / "new"), pytest.raises(InUseError, match="in use by "):
         Journal.create(tmp_path / "new")
     Journal.reopen(path).close()
 

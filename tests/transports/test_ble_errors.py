@@ -27,14 +27,14 @@ from sphero_probe.catalogue.gatt import API_SERVICE, V1_CONTROL_SERVICE
 from sphero_probe.catalogue.gatt_services import list_services
 from sphero_probe.errors import (
     ConnectionFailedError,
+    LastingFailureError,
     LinkLostError,
+    NoSuchAdapterError,
     RobotNotFoundError,
     SpheroProbeError,
     UnavailableError,
 )
-from sphero_probe.transports.ble import explain as explaining
 from sphero_probe.transports.ble.explain import explain, step
-from sphero_probe.transports.ble.wording import LastingFailureError
 from tests.support.cli import Cli
 from tests.support.fake_bluez import ACCESS_DENIED, CHILD_EXITED, Adapter, BusFaults, Faults
 from tests.support.fake_bluez_stage import ADDRESS, PATIENCE, Stage, limit, said
@@ -528,7 +528,7 @@ def test_adapters_that_cannot_be_asked_for_make_nothing_worse(monkeypatch: pytes
         async with step("scan", 1):
             raise BleakError("adapter 'hci7' not found")
 
-    with pytest.raises(explaining.NoSuchAdapterError, match="hci7") as caught:
+    with pytest.raises(NoSuchAdapterError, match="hci7") as caught:
         asyncio.run(fail())
     assert caught.value.hint == "see which there are: bluetoothctl list"
 

@@ -1,1 +1,1 @@
-"""What the commands do, one module each; a command imports its module when it runs, so help stays quick."""
+"""What each command does: one file per command, imported when the command is called."""

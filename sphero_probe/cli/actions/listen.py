@@ -1,13 +1,13 @@
-"""What ``listen`` does: send what was asked for, then report every unsolicited packet as it arrives."""
+"""``listen``: send what was asked for, then report every unsolicited packet as it arrives."""
 
 import asyncio
-from typing import Any
 
-from sphero_probe.cli.commands.send import complete, parse_command
+from sphero_probe.cli.command_words import complete, parse_command
 from sphero_probe.cli.connect import connect
-from sphero_probe.cli.oneshot import complain
-from sphero_probe.cli.output import Output
+from sphero_probe.cli.oneshot import check_answer
+from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
+from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.unsolicited import describe_unsolicited
@@ -20,24 +20,22 @@ from sphero_probe.session.session import Session
 
 def listen(
     output: Output,
-    device: str,
-    consent: Consent,
+    connecting: ConnectOptions,
+    asking: AskOptions,
     commands: tuple[str, ...],
     *,
     count: int | None,
     seconds: float | None,
-    **connecting: Any,
 ) -> None:
     """Report unsolicited packets until enough were heard, the time is up, or Ctrl-C.
 
     Args:
         output: where to.
-        device: the robot's address, empty for the only robot nearby.
-        consent: what ``commands`` may do.
+        connecting: which robot.
+        asking: what ``commands`` may do.
         commands: sent first, each as a person types it.
         count: of packets to stop after, None for any number.
         seconds: to listen once the commands were sent, None for as long as it takes.
-        connecting: options of ``connect``.
 
     Raises:
         SpheroProbeError: the robot cannot be reached, is gone, or did not accept a command.
@@ -48,10 +46,10 @@ def listen(
 
     async def work() -> None:
         interrupts.stop_politely(stop)
-        async with connect(device, consent, **connecting) as session:
+        async with connect(connecting, Consent.of(asking.allow, asking.confirm)) as session:
             lines = output if output.chosen or output.file else output._replace(chosen="plain")
-            with lines.report(HEARD, live=True) as report:
-                packets = _PacketReport(report, count, stop)
+            with report(lines, HEARD, live=True) as rows:
+                packets = _PacketReport(rows, count, stop)
                 with describe_unsolicited(session.link, packets.add):
                     for text in commands:
                         await _send(session, text)
@@ -64,8 +62,8 @@ def listen(
 class _PacketReport:
     """Adds packets to a report until there are enough; stops listening when it cannot be written."""
 
-    def __init__(self, report: Report, count: int | None, stop: asyncio.Event) -> None:
-        self._report = report
+    def __init__(self, rows: Report, count: int | None, stop: asyncio.Event) -> None:
+        self._rows = rows
         self._left = count
         self._stop = stop
         self._failure: OSError | None = None
@@ -75,7 +73,7 @@ class _PacketReport:
         if self._left == 0 or self._failure:
             return
         try:
-            self._report.add(Row("packet", described))
+            self._rows.add(Row("packet", described))
         except OSError as error:
             self._failure = error
             self._stop.set()
@@ -104,7 +102,7 @@ async def _send(session: Session, text: str) -> None:
     connection, link = session.connection, session.link
     asked = parse_command(tuple(text.split()), connection.generation)
     finding = await send_once(link, complete(asked, connection.robot, connection.port, None))
-    complain(finding, link.codec)
+    await check_answer(finding, session)
 
 
 async def _wait(session: Session, stop: asyncio.Event, seconds: float | None) -> None:

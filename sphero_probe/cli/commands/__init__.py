@@ -1,1 +1,1 @@
-"""One file per command."""
+"""The options of each command, one file per command; its work is in ``sphero_probe.cli.actions``."""

@@ -1,9 +1,11 @@
-"""``completion``: a shell's name goes in, the script that completes ``sphero-probe`` there comes out."""
+"""The argument of ``completion``."""
 
 import click
 
+from sphero_probe.cli.strict import StrictCommand
 
-@click.command("completion")
+
+@click.command("completion", cls=StrictCommand)
 @click.argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="bash | zsh | fish")
 def command(shell: str) -> None:
     """Print the script that lets a shell complete commands, options, robots, names, plans and runs.

@@ -1,121 +1,43 @@
-"""``led``: lamps and colours go in, one packet that sets them goes out."""
-
-from typing import TYPE_CHECKING
+"""The options of ``led``."""
 
 import click
 
-from sphero_probe.cli.complete.offers import offer_lamps
-from sphero_probe.cli.options import (
-    JournalOptions,
-    asking_options,
-    device_options,
-    journal_options,
-    output_options,
-)
-from sphero_probe.cli.output import Output
-from sphero_probe.errors import UsageError
-
-if TYPE_CHECKING:
-    from sphero_probe.catalogue.model import Robot
-    from sphero_probe.protocol.packets import Command
+from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.options import asking_options, device_options, journal_options, output_options
+from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 
 
-@click.command("led")
-@click.option("--front", metavar="RRGGBB", help="The front lamp (on a Mini: the body).")
-@click.option("--back", metavar="RRGGBB", help="The back lamp.")
+@click.command("led", cls=StrictCommand)
+@click.option("--front", metavar="RRGGBB", help="The front LED (on a Mini: the body).")
+@click.option("--back", metavar="RRGGBB", help="The back LED.")
 @click.option(
     "--led",
-    "lamps",
+    "leds",
     multiple=True,
     metavar="NAME=RRGGBB",
-    help="Any lamp by name; may be repeated.",
-    shell_complete=offer_lamps,
+    help="Any LED by name; may be repeated.",
+    shell_complete=offer("leds"),
 )
-@click.option("--off", is_flag=True, help="Every lamp off that is not named.")
+@click.option("--off", is_flag=True, help="Switch off every LED that is not named.")
 @asking_options
 @device_options
 @journal_options
 @output_options
 def command(
     output: Output,
-    journal_choice: JournalOptions,
+    journal: JournalOptions,
+    connecting: ConnectOptions,
+    asking: AskOptions,
     front: str | None,
     back: str | None,
-    lamps: tuple[str, ...],
+    leds: tuple[str, ...],
     off: bool,
-    device: str,
-    target: str | None,
-    allow: tuple[str, ...],
-    confirm: str,
-    dry_run: bool,
-    **connecting: object,
 ) -> None:
-    """Set lamps; names come from the robot's own table.
+    """Set LEDs; their names come from the robot's own table.
 
     Example: sphero-probe led --front ff0000 --back 00f --device fake:bolt-plus
     """
-    from sphero_probe.catalogue.risk import Risk
-    from sphero_probe.cli.oneshot import send_each, show_dry
-    from sphero_probe.cli.output import warn
-    from sphero_probe.link.policy import Consent
-    from sphero_probe.runs.resume import RunJournal
+    from sphero_probe.cli.actions.led import set_leds
 
-    wanted = _wanted(front, back, lamps)
-    if not wanted and not off:
-        raise UsageError("no lamp is named", "try: sphero-probe led --front ff0000, or --off")
-
-    def make(robot: "Robot | None", port: int) -> "tuple[Command, ...]":
-        return _commands(wanted, robot, port, target, off=off)
-
-    consent = Consent.of(allow, confirm, Risk.WRITE)  # setting lamps is what was asked for
-    if dry_run:
-        show_dry(output, device, consent, make)
-    else:
-        send_each(
-            output,
-            device,
-            consent,
-            make,
-            RunJournal("led", **journal_choice._asdict(), on_warning=warn),
-            **connecting,
-        )
-
-
-def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict[str, tuple[int, int, int]]:
-    """Return lamp name -> colour, in the order they were given."""
-    from sphero_probe.cli.parse import colour
-
-    wanted = {}
-    for name, text in (("front", front), ("back", back)):
-        if text is not None:
-            wanted[name] = colour(text)
-    for lamp in lamps:
-        name, equals, text = lamp.partition("=")
-        if not equals or not name:
-            raise UsageError(f"--led {lamp}: not NAME=RRGGBB", "write --led front=ff0000")
-        wanted[name.lower()] = colour(text)
-    return wanted
-
-
-def _commands(
-    wanted: dict[str, tuple[int, int, int]],
-    robot: "Robot | None",
-    port: int,
-    target: str | None,
-    *,
-    off: bool,
-) -> "tuple[Command, ...]":
-    from sphero_probe.catalogue.leds import led_commands
-    from sphero_probe.cli.parse import choose, node
-    from sphero_probe.protocol.address import Address
-
-    if robot is None or robot.leds is None:
-        raise UsageError(f"no lamps are known of {robot.name if robot else 'an unknown model'}")
-    table = robot.leds
-    names = [word for group in table.groups for word in (group.name, *group.aliases)]
-    for name in wanted:
-        choose(name, dict.fromkeys(names), f"lamp on {robot.name}:")
-    address = node(target, robot, port)
-    if target is None and address is not None and table.node is not None:
-        address = Address(port, table.node).byte
-    return tuple(command._replace(target=address) for command in led_commands(robot, wanted, off=off))
+    set_leds(output, journal, connecting, asking, front, back, leds, off=off)

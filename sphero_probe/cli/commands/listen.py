@@ -1,16 +1,15 @@
-"""``listen``: a robot's address goes in, what it says unasked comes out as it comes."""
+"""The options of ``listen``."""
 
 import click
 
-from sphero_probe.cli.options import RISKS, device_options, output_options
-from sphero_probe.cli.output import Output
+from sphero_probe.cli.options import consent_options, device_options, output_options, seconds_option
+from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 
 
-@click.command("listen")
+@click.command("listen", cls=StrictCommand)
 @click.option("--count", type=click.IntRange(min=1), metavar="N", help="Stop after N packets.")
-@click.option(
-    "--seconds", type=click.FloatRange(min=0.01), metavar="SECONDS", help="Stop after so much time."
-)
+@seconds_option("--seconds", least=0.01, most=30 * 86400, about="Stop after this time.")
 @click.option(
     "--send",
     "commands",
@@ -18,27 +17,23 @@ from sphero_probe.cli.output import Output
     metavar="COMMAND",
     help="Send this first, like 'power.wake' or '0x18 0x00 0096000000E000'; may be repeated.",
 )
-@click.option("--allow", multiple=True, type=click.Choice(RISKS), help="Allow a risk class, for --send.")
-@click.option("--confirm", default="", metavar="NAME", help="The robot's name, to allow the brick class.")
+@consent_options
 @device_options
 @output_options
 def command(
     output: Output,
+    connecting: ConnectOptions,
+    asking: AskOptions,
     count: int | None,
     seconds: float | None,
     commands: tuple[str, ...],
-    allow: tuple[str, ...],
-    confirm: str,
-    device: str,
-    **connecting: object,
 ) -> None:
-    """Show notifications as they come, decoded, until Ctrl-C.
+    """Print notifications as they arrive, decoded, until Ctrl-C.
 
     Most have to be switched on first; --send does that.
 
     Example: sphero-probe listen --send power.wake --seconds 1 --device fake:bolt
     """
     from sphero_probe.cli.actions.listen import listen
-    from sphero_probe.link.policy import Consent
 
-    listen(output, device, Consent.of(allow, confirm), commands, count=count, seconds=seconds, **connecting)
+    listen(output, connecting, asking, commands, count=count, seconds=seconds)

@@ -1,34 +1,23 @@
-"""``report``: the journal of a run goes in, its report comes out again."""
+"""The options of ``report``."""
 
 import click
 
-from sphero_probe.cli.complete.offers import offer_runs
+from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.options import output_options
-from sphero_probe.cli.output import Output
+from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.values import Output
 
 
-@click.command("report")
-@click.argument("run", metavar="RUN", shell_complete=offer_runs)
+@click.command("report", cls=StrictCommand)
+@click.argument("run", metavar="RUN", shell_complete=offer("runs"))
 @output_options
 def command(output: Output, run: str) -> None:
     """Show a run again, in any format.
 
-    RUN is a journal: its file, its name in the list of runs, or last.
+    RUN is a journal file, a run name, or "last".
 
     Example: sphero-probe report last --format table
     """
-    from sphero_probe.cli.run import row_of
-    from sphero_probe.errors import BadInputFileError
-    from sphero_probe.probing.finding import Finding
-    from sphero_probe.reports.views import FINDING, FINDINGS
-    from sphero_probe.runs.reader import read_journal
-    from sphero_probe.runs.store import find_journal
+    from sphero_probe.cli.actions.report import show_run
 
-    recorded = read_journal(find_journal(run))
-    if recorded.opening is None:
-        raise BadInputFileError(f"{recorded.path}: nothing is written in it yet")
-    records = recorded.records()
-    if recorded.opening.command in ("send", "led"):
-        output.show(FINDING, (row_of(record) for record in records if isinstance(record, Finding)))
-    else:
-        output.show(FINDINGS, map(row_of, records))
+    show_run(output, run)

@@ -1,6 +1,10 @@
 """The robots of the last scan, kept in a cache file, so that a shell can complete their names."""
 
+import json
+import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -10,7 +14,7 @@ if TYPE_CHECKING:
     from sphero_probe.transports.base import Seen
 
 MAX_ROBOTS: Final = 64
-"""As many robots are remembered at most, the strongest first."""
+"""The most robots to remember, the strongest first."""
 _MAX_BYTES: Final = 16_384
 _MAX_WORD: Final = 40
 _MAX_MODEL: Final = 32
@@ -40,18 +44,13 @@ def cache_file() -> Path | None:
 
 
 def remember(seen: Iterable["Seen"]) -> None:
-    """Keep the robots of a scan for completion; where that fails, the scan is not disturbed.
+    """Keep the robots of a scan for completion; where that fails, nothing is kept and no error raised.
 
-    A scan that heard no robot leaves those of the scan before.
+    A scan that heard no robot keeps those of the scan before.
 
     Args:
         seen: the robots, the strongest first.
     """
-    import json
-    import tempfile
-    from contextlib import suppress
-    from itertools import islice
-
     heard = (_fit(robot.name, robot.address, robot.robot.name if robot.robot else "") for robot in seen)
     robots = list(islice(filter(None, heard), MAX_ROBOTS))
     path = cache_file()
@@ -71,8 +70,6 @@ def remember(seen: Iterable["Seen"]) -> None:
 
 def recall() -> list[Remembered]:
     """Return the robots of the last scan, the strongest first; none where nothing usable is kept."""
-    import json
-
     path = cache_file()
     if path is None:
         return []

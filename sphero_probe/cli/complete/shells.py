@@ -1,4 +1,9 @@
-"""The three shells: a name goes in, the script that asks this tool comes out, and later its answers."""
+"""Completion in bash, zsh and fish: the script for each shell, and the answers to what it asks.
+
+click 8.5 has scripts of its own, which break on our values: in bash, words end at ``:`` and ``=``; in zsh,
+``--device=fa`` loses its ``--device=``, and a blank follows ``front=`` and ``serial:``; in fish, nothing is
+completed after ``--device=`` or after a comma.
+"""
 
 import os
 import sys
@@ -84,7 +89,7 @@ complete --no-files --keep-order --command %(prog_name)s --arguments '(%(complet
 
 
 class Bash(BashComplete):
-    """Bash, which takes ``:`` and ``=`` for the ends of words: it is told only what follows them.
+    """Bash, in which words end at ``:`` and ``=``: an answer is only what follows them.
 
     The script hands over the line up to the cursor and the word as bash sees it.
     """
@@ -116,7 +121,7 @@ class Bash(BashComplete):
 
 
 class Zsh(ZshComplete):
-    """Zsh, told apart from click's by what ends in ``:`` or ``=``: no space follows."""
+    """Zsh: an option before ``=`` stays, and no blank follows what ends in ``:`` or ``=``."""
 
     source_template: ClassVar[str] = _ZSH
 
@@ -145,7 +150,7 @@ def script(shell: str) -> str:
 
 
 def answer() -> int:
-    """Answer a script; whatever goes wrong, the person at the prompt is not told.
+    """Answer a script; an error is never printed, for it would disturb the prompt.
 
     Returns:
         The exit code: 0, or 1 where there is no answer.
@@ -156,7 +161,7 @@ def answer() -> int:
             said = script(shell) if what == "source" else _offers(shell)
             sys.stdout.buffer.write(said.encode())
             sys.stdout.flush()
-        except BaseException:  # noqa: BLE001 - a prompt is no place for any of it
+        except BaseException:  # noqa: BLE001 - a prompt is no place for an error
             return 1
     return 0
 

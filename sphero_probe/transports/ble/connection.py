@@ -17,6 +17,7 @@ from sphero_probe.catalogue.gatt import PROFILES, GattProfile
 from sphero_probe.catalogue.gatt_services import list_services
 from sphero_probe.errors import (
     ConnectionFailedError,
+    LastingFailureError,
     RobotNotFoundError,
     SpheroProbeError,
 )
@@ -29,7 +30,6 @@ from sphero_probe.transports.ble.explain import (
 )
 from sphero_probe.transports.ble.pipe import PATIENCE, BleTransport
 from sphero_probe.transports.ble.scanner import Heard, find, find_only
-from sphero_probe.transports.ble.wording import LastingFailureError
 
 _PAUSES: Final = (0.25, 0.5)
 """Seconds between attempts to connect, of which there is one more."""

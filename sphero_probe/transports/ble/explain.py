@@ -19,6 +19,7 @@ from bleak.exc import (
 
 from sphero_probe.errors import (
     ConnectionFailedError,
+    NoSuchAdapterError,
     RobotNotFoundError,
     SpheroProbeError,
     UnavailableError,
@@ -52,18 +53,6 @@ _NO_SUCH_ADAPTER = re.compile(r"adapter '([^']*)' not found")
 _NO_SUCH_DEVICE = re.compile(r"device '.*not found", re.DOTALL)
 _IN_DISCOVERY = re.compile(r"discover|get gatt (services|characteristics|descriptors)", re.IGNORECASE)
 _CLOSED: Final = (errno.EBADF, errno.ENOTCONN)
-
-
-class NoSuchAdapterError(UnavailableError):
-    """The adapter that was asked for is not there.
-
-    Attributes:
-        name: as it was asked for.
-    """
-
-    def __init__(self, name: str, hint: str = "see which there are: bluetoothctl list") -> None:
-        super().__init__(f"there is no Bluetooth adapter {name}", hint)
-        self.name = name
 
 
 def explain(error: BaseException, step: str, platform: str = sys.platform) -> SpheroProbeError:

@@ -6,6 +6,7 @@ from bleak.exc import PROTOCOL_ERROR_CODES, BleakBluetoothNotAvailableReason
 
 from sphero_probe.errors import (
     ConnectionFailedError,
+    LastingFailureError,
     RobotNotFoundError,
     SpheroProbeError,
     UnavailableError,
@@ -38,10 +39,6 @@ _FORGET: Final = {
     "darwin": "forget the robot in System Settings > Bluetooth, then try again",
     "win32": "remove the robot in Settings > Bluetooth & devices, then try again; still so: pair it there",
 }
-
-
-class LastingFailureError(ConnectionFailedError):
-    """The robot is as it is: another attempt ends the same."""
 
 
 class Words(NamedTuple):

@@ -1,18 +1,34 @@
-"""Printing how to resume a run that ended early."""
+"""The journal of a command: opened as its options say, and how to resume the run after an early end."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from sphero_probe.cli.invoke import InterruptedRunError
-from sphero_probe.cli.output import say
-from sphero_probe.errors import IncompleteError, LinkLostError, OutputError, SpheroProbeError
+from sphero_probe.cli.messages import say, warn
+from sphero_probe.cli.values import JournalOptions
+from sphero_probe.errors import (
+    IncompleteError,
+    InterruptedRunError,
+    LinkLostError,
+    OutputError,
+    SpheroProbeError,
+)
 from sphero_probe.link.policy import Consent
 from sphero_probe.runs.resume import RunJournal
 
 
+def run_journal(command: str, options: JournalOptions) -> RunJournal:
+    """Return the journal to enter; where none can be kept in the folder of runs, a warning is printed.
+
+    Args:
+        command: whose run it is: ``sweep``, ``send``, …
+        options: which journal to keep.
+    """
+    return RunJournal(command, file=options.file, off=options.off, resume=options.resume, on_warning=warn)
+
+
 @contextmanager
 def resume_hint(journal: RunJournal, device: str, consent: Consent) -> Iterator[None]:
-    """Let an early end pass, with the command line that resumes the run.
+    """Print the command line that resumes the run, where it ends early.
 
     Args:
         journal: of the run.

@@ -1,0 +1,63 @@
+"""``discover``: the full staged map of what a robot can do."""
+
+from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.journal import run_journal
+from sphero_probe.cli.parse import id_range, node
+from sphero_probe.cli.run import run_plan
+from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.errors import UsageError
+from sphero_probe.link.policy import Consent
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.plans.discovery import discovery
+from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
+
+
+def discover(
+    output: Output,
+    journal: JournalOptions,
+    connecting: ConnectOptions,
+    asking: AskOptions,
+    did: str | None,
+    *,
+    lengths: bool,
+    values: bool,
+) -> None:
+    """Map a robot and report it, or show what would be sent.
+
+    Args:
+        output: where and how to report.
+        journal: which journal to keep.
+        connecting: which robot.
+        asking: what is allowed, and of which node.
+        did: the devices as they were typed, None for all.
+        lengths: also find out which lengths an unknown command takes.
+        values: also try other values.
+
+    Raises:
+        SpheroProbeError: the options make no sense, or the run ended early.
+    """
+    place = address_of(connecting.device)
+    target = node(asking.target, model_behind(place), port_behind(place))
+    options = {"lengths": str(int(lengths)), "values": str(int(values))} | ({"did": did} if did else {})
+    if asking.dry_run:
+        if journal.resume:
+            raise UsageError("--dry-run shows a new run", "leave --resume out")
+        consent = Consent.of(asking.allow, asking.confirm)
+        show_dry_run(output, _plan(connecting.device, target, options), place, consent, target)
+        return
+    with run_journal("discover", journal) as kept:
+        if kept.opening and not (did or lengths or values):
+            options = dict(kept.opening.options)
+        kept.options = options
+        run_plan(_plan(connecting.device, target, options), output, connecting, asking, kept)
+
+
+def _plan(device: str, target: int | None, options: dict[str, str]) -> Plan:
+    generation = generation_behind(address_of(device))
+    return discovery(
+        generation,
+        target,
+        dids=id_range(options.get("did", "0x00-0xff"), generation, devices=True),
+        lengths=options.get("lengths") == "1",
+        values=options.get("values") == "1",
+    )

@@ -1,0 +1,38 @@
+"""``explain``: what is known of an error code or a command."""
+
+from sphero_probe.catalogue import rows_of
+from sphero_probe.cli.output import show
+from sphero_probe.cli.parse import byte, pair
+from sphero_probe.cli.values import Output
+from sphero_probe.errors import UsageError
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Generation
+from sphero_probe.reports.rows import code_row, command_row
+from sphero_probe.reports.views import CODES, COMMAND
+
+
+def explain(output: Output, subject: str, *, v1: bool) -> None:
+    """Show what is known of a code, a pair of ids or a name.
+
+    Args:
+        output: where and how.
+        subject: as it was typed.
+        v1: as the first generation means it.
+
+    Raises:
+        UsageError: it makes no sense, or is in no catalogue.
+    """
+    generation = Generation.V1 if v1 else Generation.V2
+    if subject[:1].isdigit() and ":" not in subject:
+        codec = CODECS[generation]
+        code = byte(subject, "error code")
+        show(output, CODES, [code_row(generation, code, codec.code_name(code), codec.verdict(code).value)])
+        return
+    did, cid = pair(subject, generation)
+    rows = rows_of(generation, did, cid)
+    if not rows:
+        raise UsageError(
+            f"0x{did:02x}:0x{cid:02x} is in no catalogue",
+            f"ask a robot: sphero-probe sweep --did 0x{did:02x} --cid 0x{cid:02x}",
+        )
+    show(output, COMMAND, map(command_row, rows))

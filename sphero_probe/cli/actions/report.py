@@ -1,0 +1,30 @@
+"""``report``: show a kept run again."""
+
+from sphero_probe.cli.output import show
+from sphero_probe.cli.run import row_of
+from sphero_probe.cli.values import Output
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.probing.finding import Finding
+from sphero_probe.reports.views import FINDING, FINDINGS
+from sphero_probe.runs.reader import read_journal
+from sphero_probe.runs.store import find_journal
+
+
+def show_run(output: Output, run: str) -> None:
+    """Show the records of a journal.
+
+    Args:
+        output: where and how.
+        run: a journal file, a run name, or ``last``.
+
+    Raises:
+        BadInputFileError: there is no such run, or its journal cannot be read.
+    """
+    recorded = read_journal(find_journal(run))
+    if recorded.opening is None:
+        raise BadInputFileError(f"{recorded.path}: nothing is written in it yet")
+    records = recorded.records()
+    if recorded.opening.command in ("send", "led"):
+        show(output, FINDING, (row_of(record) for record in records if isinstance(record, Finding)))
+    else:
+        show(output, FINDINGS, map(row_of, records))

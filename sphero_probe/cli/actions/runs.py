@@ -1,0 +1,33 @@
+"""``runs``: list the kept runs."""
+
+from pathlib import Path
+
+from sphero_probe.cli.output import show
+from sphero_probe.cli.values import Output
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.reports.rows import Row
+from sphero_probe.reports.run_files import run_file_row
+from sphero_probe.reports.views import RUNS
+from sphero_probe.runs.reader import read_journal
+from sphero_probe.runs.store import journal_files
+
+
+def list_runs(output: Output) -> None:
+    """List the runs in the folder of journals, the last one first.
+
+    Args:
+        output: where and how.
+
+    Raises:
+        BadInputFileError: the folder cannot be read.
+    """
+    show(output, RUNS, map(_row, journal_files()))
+
+
+def _row(path: Path) -> Row:
+    try:
+        recorded = read_journal(path)
+    except BadInputFileError as error:
+        return run_file_row(path, problem=str(error))
+    heading = recorded.headings[0] if recorded.headings else None
+    return run_file_row(path, recorded.opening, heading, recorded.counts, complete=recorded.complete)

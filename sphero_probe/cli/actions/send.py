@@ -1,0 +1,37 @@
+"""``send``: one command, and the answer."""
+
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.cli.command_words import complete, parse_command
+from sphero_probe.cli.oneshot import send_commands
+from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.link.policy import Consent
+from sphero_probe.protocol.packets import Command
+from sphero_probe.session.addressing import address_of, generation_behind
+
+
+def send(
+    output: Output,
+    journal: JournalOptions,
+    connecting: ConnectOptions,
+    asking: AskOptions,
+    what: tuple[str, ...],
+) -> None:
+    """Send one command and show the answer, or show what would be sent.
+
+    Args:
+        output: where and how to show the finding.
+        journal: which journal to keep.
+        connecting: which robot.
+        asking: what is allowed, and which node.
+        what: the command's words, as they were typed.
+
+    Raises:
+        SpheroProbeError: the words make no sense, or the command failed.
+    """
+    asked = parse_command(what, generation_behind(address_of(connecting.device)))
+
+    def make(robot: Robot | None, port: int) -> tuple[Command, ...]:
+        return (complete(asked, robot, port, asking.target),)
+
+    consent = Consent.of(asking.allow, asking.confirm)
+    send_commands("send", make, consent, output, connecting, asking, journal)

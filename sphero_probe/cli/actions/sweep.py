@@ -1,0 +1,121 @@
+"""``sweep``: ranges of commands, or a plan, and which of them exist on the robot."""
+
+from typing import NamedTuple
+
+from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.journal import run_journal
+from sphero_probe.cli.parse import hex_bytes, id_range, node
+from sphero_probe.cli.run import run_plan
+from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.errors import BadInputFileError, UsageError
+from sphero_probe.link.policy import Consent
+from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.plan import sweep as probes_of
+from sphero_probe.probing.plans.loader import load_plan
+from sphero_probe.probing.plans.shipped import find_plan, is_shipped, plan_files
+from sphero_probe.protocol.packets import Generation
+from sphero_probe.reports.ids import spans
+from sphero_probe.runs.resume import RunJournal
+from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
+
+
+class SweepOptions(NamedTuple):
+    """What to ask, as it was typed.
+
+    Attributes:
+        did: the devices.
+        cid: the commands, None for all.
+        plan: a plan's file or name, instead of the other three.
+        payload: the bytes to send with each command, None for what the engine chooses.
+    """
+
+    did: str | None
+    cid: str | None
+    plan: str | None
+    payload: str | None
+
+
+def sweep(
+    output: Output,
+    journal: JournalOptions,
+    connecting: ConnectOptions,
+    asking: AskOptions,
+    options: SweepOptions,
+) -> None:
+    """Ask ranges or a plan and report it, or show what would be sent.
+
+    Args:
+        output: where and how to report.
+        journal: which journal to keep.
+        connecting: which robot.
+        asking: what is allowed, and of which node.
+        options: what to ask.
+
+    Raises:
+        SpheroProbeError: the options make no sense, or the run ended early.
+    """
+    place = address_of(connecting.device)
+    generation = generation_behind(place)
+    if asking.dry_run:
+        if journal.resume:
+            raise UsageError("--dry-run shows a new run", "leave --resume out")
+        plan, _ = _plan(generation, options)
+        target = node(asking.target, model_behind(place), port_behind(place))
+        show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
+        return
+    with run_journal("sweep", journal) as kept:
+        if journal.resume and not any(options):
+            plan, kept.options = _plan_of_before(generation, kept)
+        else:
+            plan, kept.options = _plan(generation, options)
+        run_plan(plan, output, connecting, asking, kept)
+
+
+def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str, str]]:
+    """Return the plan, and the options that a journal needs to make it again."""
+    if options.plan is not None:
+        if any(other is not None for other in (options.did, options.cid, options.payload)):
+            raise UsageError("--plan says what to ask: leave --did, --cid and --payload out")
+        plan = find_plan(options.plan)
+        if plan.file is None or is_shipped(plan.file):
+            return plan, {"plan": plan.file.stem if plan.file else plan.name}
+        return plan, {"plan_file": str(plan.file.absolute())}
+    if options.did is None:
+        raise UsageError("nothing to sweep", "try: sphero-probe sweep --did 0x13, or --plan hello")
+    cid = options.cid or "0x00-0xff"
+    dids = id_range(options.did, generation, devices=True)
+    cids = id_range(cid, generation, devices=False)
+    exact = None if options.payload is None else hex_bytes(options.payload, "--payload")
+    probes = list(probes_of(dids, cids, payload=exact))
+    again = {"did": _ids(dids), "cid": _ids(cids)}
+    if exact is not None:
+        again["payload"] = exact.hex()
+    return Plan("sweep", f"DID {options.did}, CID {cid}", [probes]), again
+
+
+def _ids(ids: tuple[int, ...]) -> str:
+    """Return ids as ``--did`` takes them, in their order."""
+    return ",".join(spans(ids) if list(ids) == sorted(ids) else (f"0x{one:02x}" for one in ids))
+
+
+def _plan_of_before(generation: Generation, journal: RunJournal) -> tuple[Plan, dict[str, str]]:
+    """Make the plan of an interrupted run again; only a plan that comes with the tool is run unnamed."""
+    if journal.opening is None:
+        raise BadInputFileError(
+            f"{journal.place}: nothing is written in it yet", "say what to sweep: --did 0x13"
+        )
+    options = journal.opening.options
+    if file := options.get("plan_file"):
+        raise UsageError(
+            "that run used a plan of your own, which a journal does not hold", f"add --plan {file}"
+        )
+    if name := options.get("plan"):
+        for path in plan_files():
+            if path.stem == name:
+                return load_plan(path), options
+        raise BadInputFileError(f"the journal's plan {name} does not come with this version of the tool")
+    asked = SweepOptions(options.get("did"), options.get("cid"), None, options.get("payload"))
+    try:
+        return _plan(generation, asked)
+    except UsageError as error:
+        raise BadInputFileError(f"the journal does not say what to ask: {error}") from error

@@ -1,0 +1,40 @@
+"""A command that refuses contradicting options instead of silently taking the last one."""
+
+import click
+
+
+class StrictCommand(click.Command):
+    """A command that takes each option at most once, except those that are lists.
+
+    Options for the same parameter (``--json`` and ``--format``, ``--v1`` and ``--v2``) exclude each other.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line.
+
+        Raises:
+            UsageError: an option is given twice, or two that exclude each other.
+        """
+        if not ctx.resilient_parsing:  # that is set while a shell completes an unfinished line
+            _, _, given = self.make_parser(ctx).parse_args(list(args))  # in order, repetitions included
+            _check(ctx, [option for option in given if isinstance(option, click.Option)])
+        return super().parse_args(ctx, args)
+
+
+def _check(ctx: click.Context, given: list[click.Option]) -> None:
+    if any(option.is_eager for option in given):  # --help answers whatever else is given
+        return
+    earlier: dict[str | None, click.Option] = {}
+    for option in given:
+        if option.multiple:
+            continue
+        other = earlier.get(option.name)
+        if other is option:
+            raise click.UsageError(f"{_spelling(option)} is given twice", ctx)
+        if other:
+            raise click.UsageError(f"{_spelling(other)} and {_spelling(option)} exclude each other", ctx)
+        earlier[option.name] = option
+
+
+def _spelling(option: click.Option) -> str:
+    return max(option.opts, key=len)

@@ -1,0 +1,107 @@
+"""The typed values that options become, before anything is done with them.
+
+``--help`` imports this module, so it imports nothing of the layers below.
+"""
+
+import os
+import sys
+from typing import Final, NamedTuple, Self
+
+from sphero_probe.errors import UsageError
+
+RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
+"""The risk classes as people type them; a copy of the catalogue's, to keep help light (a test compares)."""
+FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
+"""The names of the formats; a copy of the reports', likewise."""
+COLOURS: Final = ("auto", "always", "never")
+SUFFIXES: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
+"""Suffix of an output file -> its format."""
+
+
+class ConnectOptions(NamedTuple):
+    """Which robot to connect to, and how.
+
+    Attributes:
+        device: the robot's address, empty for the only robot nearby.
+        adapter: the Bluetooth adapter, empty for the usual one.
+        connect_timeout: seconds for scanning, and for each step of connecting.
+        verbose: print each step of connecting.
+    """
+
+    device: str = ""
+    adapter: str = ""
+    connect_timeout: float = 10.0
+    verbose: bool = False
+
+
+class AskOptions(NamedTuple):
+    """What may be sent, and to which node.
+
+    Attributes:
+        target: the node as it was typed, None for the robot's usual one.
+        timeout: seconds until a command counts as silent, None to measure it.
+        allow: the risk classes to allow.
+        confirm: the robot's name, to allow the class ``brick``; else empty.
+        dry_run: print what would be sent, and send nothing.
+    """
+
+    target: str | None = None
+    timeout: float | None = None
+    allow: tuple[str, ...] = ()
+    confirm: str = ""
+    dry_run: bool = False
+
+
+class JournalOptions(NamedTuple):
+    """Which journal a run keeps.
+
+    Attributes:
+        file: a new journal's path, None for a new file in the folder of runs.
+        off: keep none.
+        resume: the journal to continue, None for a new run.
+    """
+
+    file: str | None = None
+    off: bool = False
+    resume: str | None = None
+
+
+class Output(NamedTuple):
+    """Where and how results are shown.
+
+    Attributes:
+        chosen: the format that was asked for, None for the default of the place.
+        file: a path, None for standard output.
+        color: ``auto``, ``always`` or ``never``.
+    """
+
+    chosen: str | None = None
+    file: str | None = None
+    color: str = "auto"
+
+    @property
+    def format(self) -> str:
+        """The format to write."""
+        if self.chosen:
+            return self.chosen
+        if self.file:
+            return SUFFIXES.get(_suffix(self.file), "plain")
+        return "table" if sys.stdout.isatty() else "plain"
+
+    @classmethod
+    def checked(cls, chosen: str | None, file: str | None, color: str) -> Self:
+        """Return the output that the options say.
+
+        Raises:
+            UsageError: the suffix of the file stands for no format, and none was chosen.
+        """
+        if file and not chosen and (suffix := _suffix(file)) and suffix not in SUFFIXES:
+            raise UsageError(
+                f"{file}: no format is known for the suffix {suffix}",
+                f"known: {', '.join(SUFFIXES)}; or choose one with --format",
+            )
+        return cls(chosen, file, color)
+
+
+def _suffix(file: str) -> str:
+    return os.path.splitext(file)[1].lower()  # noqa: PTH122 - pathlib would slow down --help
