@@ -11,15 +11,15 @@ from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import print_dry_run_note
 from sphero_probe.cli.output import Output
 from sphero_probe.cli.signals import Interrupts, run_interruptible
-from sphero_probe.errors import LinkLostError, RefusedByPolicyError, RobotRefusedError, SpheroProbeError
-from sphero_probe.link.exchange import Answered, Blocked, Silent
+from sphero_probe.errors import LinkLostError, NoAnswerError, SpheroProbeError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.dry_run import planned_probes
+from sphero_probe.probing.failures import check
 from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.oneshot import heading_of, send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.protocol.codec import Codec
-from sphero_probe.protocol.packets import Command, Verdict
+from sphero_probe.protocol.packets import Command
 from sphero_probe.reports.rows import finding_row, planned_row
 from sphero_probe.reports.views import FINDING, PLANNED
 from sphero_probe.runs.resume import RunJournal
@@ -77,9 +77,11 @@ def send_each(
                     finding = await send_once(link, command, number, run_journal.intend)
                     found.append(finding)
                     run_journal.record(finding)
-                    complain(finding, link.codec)
-            except (RefusedByPolicyError, RobotRefusedError, NoAnswerError) as error:
-                failed.append(error)
+                    try:
+                        complain(finding, link.codec)
+                    except SpheroProbeError as error:
+                        failed.append(error)
+                        break
             finally:
                 with suppress(LinkLostError):
                     await stop_motors(link, commands[0].target)
@@ -96,28 +98,15 @@ def send_each(
         raise failed[0]
 
 
-class NoAnswerError(SpheroProbeError):
-    """A single command stayed without an answer."""
-
-
 def complain(finding: Finding, codec: Codec) -> None:
     """Turn a finding that is no success into the error that ends the command.
 
     Raises:
-        RefusedByPolicyError: the guard withheld the command.
+        RefusedByPolicyError: our policy blocked the command.
         RobotRefusedError: the robot answered with an error.
-        NoAnswerError: nobody answered.
+        SpheroProbeError: no answer came; the robot itself was reached, so that this is no failed connection.
     """
-    exchange = finding.exchange
-    if isinstance(exchange, Blocked):
-        raise RefusedByPolicyError(f"not sent: {exchange.reason}")
-    if isinstance(exchange, Silent):
-        raise NoAnswerError(
-            f"no answer to {finding.attempts} attempts", "is it awake? try a longer --timeout"
-        )
-    if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is not Verdict.OK:
-        code = exchange.response.code
-        raise RobotRefusedError(
-            f"the robot answered 0x{code:02x} {finding.code_name}",
-            f"see: sphero-probe explain {'--v1 ' if codec.generation == 'v1' else ''}0x{code:02x}",
-        )
+    try:
+        check(finding, codec)
+    except NoAnswerError as error:
+        raise SpheroProbeError(str(error), error.hint) from error

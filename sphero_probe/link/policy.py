@@ -4,7 +4,9 @@ Everything that is sent passes ``Policy.assess``. What a command may do is judge
 catalogue and from what calibration measured; where both are silent, the more dangerous class is taken.
 """
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Final, NamedTuple, Self
 
@@ -114,6 +116,24 @@ class Policy:
         self._strict: set[int | None] = set()
         self._absent: set[Command] = set()
         self._assessed: dict[Command, Assessment] = {}
+        self._implied: Counter[tuple[Command, Risk]] = Counter()
+
+    @contextmanager
+    def implying(self, risk: Risk, *commands: Command) -> Iterator[None]:
+        """Allow a class for exactly these commands, as asking for a lamp's colour implies writing it.
+
+        Args:
+            risk: the class that what was asked for implies.
+            commands: payload and node included; no other command profits.
+        """
+        asked = Counter((command, risk) for command in commands)
+        self._implied.update(asked)
+        self._revise()
+        try:
+            yield
+        finally:
+            self._implied -= asked
+            self._revise()
 
     def trust_length_check(self, target: int | None) -> None:
         """Take in that this node was measured to refuse wrong lengths without executing."""
@@ -138,7 +158,10 @@ class Policy:
         assessed = self._assessed.get(command)
         if assessed is None:
             assessed = self._evaluate(command)
-            blocked = why_blocked(assessed, self.consent, self._names) or ""
+            consent = self.consent
+            if self._implied[command, assessed.risk]:
+                consent = consent._replace(allowed=consent.allowed | {assessed.risk})
+            blocked = why_blocked(assessed, consent, self._names) or ""
             assessed = assessed._replace(blocked=blocked)
             if len(self._assessed) >= _KEPT:
                 self._assessed.clear()

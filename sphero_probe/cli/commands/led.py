@@ -59,13 +59,14 @@ def command(
     from sphero_probe.cli.output import warn
     from sphero_probe.link.policy import Consent
     from sphero_probe.runs.resume import RunJournal
+    from sphero_probe.session.commands import lamp_commands
 
     wanted = _wanted(front, back, lamps)
     if not wanted and not off:
         raise UsageError("no lamp is named", "try: sphero-probe led --front ff0000, or --off")
 
     def make(robot: "Robot | None", port: int) -> "tuple[Command, ...]":
-        return _commands(wanted, robot, port, target, off=off)
+        return lamp_commands(wanted, robot, port, target, off=off)
 
     consent = Consent.of(allow, confirm, Risk.WRITE)  # setting lamps is what was asked for
     if dry_run:
@@ -95,27 +96,3 @@ def _wanted(front: str | None, back: str | None, lamps: tuple[str, ...]) -> dict
             raise UsageError(f"--led {lamp}: not NAME=RRGGBB", "write --led front=ff0000")
         wanted[name.lower()] = colour(text)
     return wanted
-
-
-def _commands(
-    wanted: dict[str, tuple[int, int, int]],
-    robot: "Robot | None",
-    port: int,
-    target: str | None,
-    *,
-    off: bool,
-) -> "tuple[Command, ...]":
-    from sphero_probe.catalogue.leds import led_commands
-    from sphero_probe.cli.parse import choose, node
-    from sphero_probe.protocol.address import Address
-
-    if robot is None or robot.leds is None:
-        raise UsageError(f"no lamps are known of {robot.name if robot else 'an unknown model'}")
-    table = robot.leds
-    names = [word for group in table.groups for word in (group.name, *group.aliases)]
-    for name in wanted:
-        choose(name, dict.fromkeys(names), f"lamp on {robot.name}:")
-    address = node(target, robot, port)
-    if target is None and address is not None and table.node is not None:
-        address = Address(port, table.node).byte
-    return tuple(command._replace(target=address) for command in led_commands(robot, wanted, off=off))

@@ -102,18 +102,7 @@ def complete(
     Raises:
         UsageError: it takes arguments, or there is no node of that name.
     """
-    from sphero_probe.catalogue import lookup
-    from sphero_probe.cli.parse import node
-    from sphero_probe.protocol.address import Address
-    from sphero_probe.protocol.packets import Command, Generation
+    from sphero_probe.session.commands import complete_command
 
     did, cid, payload = asked
-    row = lookup(robot.generation if robot else Generation.V2, did, cid, robot)
-    address = node(target, robot, port)
-    if target is None and address is not None and robot and row and (nodes := row.nodes.get(robot.key)):
-        address = Address(port, nodes[0]).byte
-    if payload is None and row and row.request and not row.request.accepts(0):
-        raise UsageError(
-            f"{row.name} takes arguments: {row.request.text}", "give them as hex bytes after the command"
-        )
-    return Command(did, cid, payload or b"", address)
+    return complete_command((did, cid), payload, robot, port, target)
