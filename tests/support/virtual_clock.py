@@ -1,39 +1,9 @@
-"""An event loop on which time passes without anybody waiting: a coroutine in, its result out."""
+"""Tests on a virtual clock: a coroutine in, its result out, and nothing left behind."""
 
 import asyncio
 import gc
-import selectors
 
-A_MONTH = 30 * 86400.0
-
-
-class _Selector(selectors.DefaultSelector):
-    """Instead of waiting for a timer it moves the clock to that timer."""
-
-    def __init__(self):
-        super().__init__()
-        self.now = 0.0
-
-    def select(self, timeout=None):
-        events = super().select(0)
-        if not events:
-            if timeout is None:
-                raise RuntimeError("everything waits, and no timer is set that could end it")
-            self.now += timeout
-            if timeout and self.now > A_MONTH:
-                raise RuntimeError("nothing happened for a month")
-        return events
-
-
-class VirtualClock(asyncio.SelectorEventLoop):
-    """A loop whose clock starts at 0 s and jumps from timer to timer."""
-
-    def __init__(self):
-        self._clock = _Selector()
-        super().__init__(self._clock)
-
-    def time(self):
-        return self._clock.now
+from sphero_probe.virtual_clock import VirtualClock
 
 
 def run(coroutine):
