@@ -97,6 +97,7 @@ class Dispatcher:
         self._free = asyncio.Event()
         self._free.set()
         self._watching: asyncio.Task[None] | None = None
+        self._closed = False
 
     async def __aenter__(self) -> Self:
         """Start listening."""
@@ -105,6 +106,7 @@ class Dispatcher:
 
     async def __aexit__(self, *_: object) -> None:
         """Let every listener end."""
+        self._closed = True
         if self._watching:
             self._watching.cancel()
             await asyncio.wait([self._watching])
@@ -125,7 +127,7 @@ class Dispatcher:
         """Take back the callback of the link that there is now."""
         self._session.link.on_unsolicited = self._hear
         self._free.set()
-        if self._watching is None or self._watching.done():
+        if not self._closed and (self._watching is None or self._watching.done()):
             self._watching = asyncio.create_task(self._watch(), name="link watch")
 
     def _share(self) -> None:

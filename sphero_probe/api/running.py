@@ -79,7 +79,7 @@ class OpenRuns:
             return
         self._stop()
         if records := self._records():
-            with suppress(RuntimeError):  # another task waits in it, and will get LinkLostError
+            with suppress(RuntimeError):  # another task waits in it: it ends early, or with LinkLostError
                 await records.aclose()
         else:  # the event loop is closing it
             await self._ended.wait()
@@ -124,7 +124,8 @@ class RunningPlan:
         Raises:
             NoAnswerError: the robot never said anything.
             LinkLostError: the robot is gone; ``result`` has what was found before.
-            BadInputFileError: a stage of the plan is broken, or the journal's file exists.
+            BadInputFileError: a stage of the plan is broken.
+            OutputError: the journal cannot be written, or its file holds something already.
             RuntimeError: the plan was run before.
         """
         return self._iterate(lambda record: isinstance(record, Finding))

@@ -1,0 +1,57 @@
+"""``import sphero_probe``: what it offers, and that it costs nothing."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sphero_probe
+
+ROOT = Path(__file__).resolve().parents[2]
+LIGHT = """
+import sys
+seen = set(sys.modules)
+import sphero_probe
+sphero_probe.__version__, sphero_probe.__all__, dir(sphero_probe)
+print(*set(sys.modules) - seen)
+"""
+LIGHT_VALUES = """
+import sys
+from sphero_probe import Command, Plan, Probe, sweep
+print(*sys.modules)
+"""
+
+
+def imported_by(code: str) -> set[str]:
+    """Run code in a fresh interpreter without coverage and return the words that it prints."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, env=environment
+    )
+    return set(ran.stdout.split())
+
+
+def test_importing_the_package_imports_nothing_else() -> None:
+    assert imported_by(LIGHT) == {"sphero_probe"}
+
+
+def test_a_plan_file_needs_no_event_loop() -> None:
+    assert not {"asyncio", "bleak", "click", "rich", "sphero_probe.api"} & imported_by(LIGHT_VALUES)
+
+
+@pytest.mark.parametrize("name", sphero_probe.__all__)
+def test_every_public_name_is_there_and_documented(name: str) -> None:
+    value = getattr(sphero_probe, name)
+    assert name == "__version__" or value.__doc__
+    assert name in dir(sphero_probe)
+
+
+def test_public_names_are_listed_once_and_in_order() -> None:
+    assert list(sphero_probe.__all__) == sorted({*sphero_probe._HOMES, "__version__"})
+
+
+def test_another_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'conect'"):
+        _ = sphero_probe.conect  # type: ignore[attr-defined]
