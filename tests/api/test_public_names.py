@@ -1,5 +1,6 @@
 """``import sphero_probe``: what it offers, and that it costs nothing."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -8,13 +9,14 @@ from pathlib import Path
 import pytest
 
 import sphero_probe
+from sphero_probe.exports import HOMES
 
 ROOT = Path(__file__).resolve().parents[2]
 LIGHT = """
 import sys
 seen = set(sys.modules)
 import sphero_probe
-sphero_probe.__version__, sphero_probe.__all__, dir(sphero_probe)
+sphero_probe.__version__
 print(*set(sys.modules) - seen)
 """
 LIGHT_VALUES = """
@@ -48,8 +50,27 @@ def test_every_public_name_is_there_and_documented(name: str) -> None:
     assert name in dir(sphero_probe)
 
 
-def test_public_names_are_listed_once_and_in_order() -> None:
-    assert list(sphero_probe.__all__) == sorted({*sphero_probe._HOMES, "__version__"})
+def test_type_checkers_are_told_the_same_names() -> None:
+    stub = ast.parse((ROOT / "sphero_probe" / "__init__.pyi").read_text(encoding="utf-8"))
+    homes = {
+        alias.name: "" if node.module == "sphero_probe" else (node.module or "").removeprefix("sphero_probe.")
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom) and node.module != "typing"
+        for alias in node.names
+    }
+    listed = next(
+        ast.literal_eval(node.value)
+        for node in stub.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+    )
+    assert homes == HOMES
+    assert listed == sphero_probe.__all__ == sorted({*homes, "__version__"})
+
+
+def test_a_star_import_brings_them_all() -> None:
+    space: dict[str, object] = {}
+    exec("from sphero_probe import *", space)
+    assert set(sphero_probe.__all__) <= set(space)
 
 
 def test_another_name_is_an_attribute_error() -> None:
