@@ -9,15 +9,19 @@
         for finding in robot.sweep(did="power"):
             print(finding.name, finding.outcome)
 
+In a notebook, ``robot = sphero_probe.sync.connect(…)`` stays open over several cells, until
+``robot.close()``.
+
 The robot's event loop runs in one background thread, so that this also works where a loop is running already,
 as in Jupyter, and so that the link is served between two cells. Each method waits for what its async twin of
 ``ConnectedRobot`` returns; Ctrl-C cancels it.
 """
 
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, Self, TypeVar
+from weakref import finalize
 
 from sphero_probe.api import connecting
 from sphero_probe.api.decoding import DecodedPacket
@@ -89,11 +93,30 @@ def _running(
 
 
 class SyncRobot:
-    """A robot at the other end of an open link: ``ConnectedRobot`` without ``async``."""
+    """A robot at the other end of an open link: ``ConnectedRobot`` without ``async``.
 
-    def __init__(self, robot: ConnectedRobot, portal: Portal) -> None:
+    Use it in a ``with`` block, or call ``close``; it is closed at the latest when the program ends.
+    """
+
+    def __init__(
+        self, robot: ConnectedRobot, portal: Portal, close: Callable[[], None] = lambda: None
+    ) -> None:
+        """Take a connected robot, the way to its event loop, and what disconnects it."""
         self._robot = robot
         self._portal = portal
+        self._close = finalize(self, close)
+
+    def __enter__(self) -> Self:
+        """Return the robot itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Disconnect."""
+        self.close()
+
+    def close(self) -> None:
+        """Stop the motors, where they were allowed, and disconnect; may be called again."""
+        self._close()
 
     def __repr__(self) -> str:
         return repr(self._robot).replace("ConnectedRobot", "SyncRobot")
@@ -150,7 +173,6 @@ class SyncRobot:
         return self._portal.iterate(self._portal.run(listen()))
 
 
-@contextmanager
 def connect(
     device: str = "",
     *,
@@ -158,18 +180,19 @@ def connect(
     timeout: float | None = None,
     connect_timeout: float = 10.0,
     adapter: str = "",
-) -> Iterator[SyncRobot]:
-    """Connect to a robot; the arguments and errors are those of ``sphero_probe.connect``.
+) -> SyncRobot:
+    """Connect to a robot and return it; the arguments and errors are those of ``sphero_probe.connect``.
 
-    Leaving the block stops the robot's motors, where they were allowed, and disconnects.
+    Leaving the ``with`` block, or ``close``, stops the robot's motors, where they were allowed, and
+    disconnects.
     """
     opened = connecting.connect(
         device, consent=consent, timeout=timeout, connect_timeout=connect_timeout, adapter=adapter
     )
-    with BackgroundLoop() as loop:
-        portal = Portal(loop)
-        with portal.entered(opened) as robot:
-            yield SyncRobot(robot, portal)
+    with ExitStack() as stack:
+        portal = Portal(stack.enter_context(BackgroundLoop()))
+        robot = stack.enter_context(portal.entered(opened))
+        return SyncRobot(robot, portal, stack.pop_all().close)
 
 
 def _function(function: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:

@@ -7,6 +7,7 @@ from typing import Self
 from sphero_probe.api.named_fields import NamedFields
 from sphero_probe.catalogue.meaning import packet_meaning
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder, Detected
 from sphero_probe.protocol.packets import (
@@ -46,15 +47,22 @@ class DecodedPacket(NamedFields):
     note: str
 
     @classmethod
-    def of(cls, packet: Packet, generation: Generation, robot: Robot | None = None) -> Self:
+    def of(
+        cls,
+        packet: Packet,
+        generation: Generation,
+        robot: Robot | None = None,
+        streams: StreamDecoder | None = None,
+    ) -> Self:
         """Return a packet in the words of the catalogue.
 
         Args:
             packet: the packet.
             generation: the protocol that it was read by.
             robot: the model whose meaning of the ids counts, None where it is not known.
+            streams: what reads the robot's sensor streams, None where nobody followed its commands.
         """
-        row, decoded = packet_meaning(packet, generation, robot)
+        row, decoded = packet_meaning(packet, generation, robot, streams)
         problem = decoded.problem if decoded else ""
         return cls(
             generation=generation,

@@ -2,15 +2,15 @@
 
 import asyncio
 from collections import deque
-from dataclasses import replace
-from typing import Final, Self
+from typing import Any, Final, Self
 from weakref import WeakSet
 
 from sphero_probe.api.decoding import DecodedPacket
-from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, masks_after, streaming_fields
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.errors import LinkLostError
-from sphero_probe.link.exchange import Unsolicited
-from sphero_probe.protocol.packets import Command, Notification
+from sphero_probe.link.events import ExchangeEnded, Subscription, UnsolicitedReceived
+from sphero_probe.link.exchange import Answered
+from sphero_probe.protocol.packets import Notification, Verdict
 from sphero_probe.session.session import Session
 
 QUEUE: Final = 1000
@@ -86,27 +86,33 @@ class Notifications:
 class Dispatcher:
     """Hands every notification of a session to all who listen; use it as an async context manager.
 
-    A link has one callback, which a running plan takes for itself. ``_share`` is the only place that knows
-    this: it hears what comes beside the plan.
+    It subscribes to the events of the link, which go on after a reconnect.
     """
 
     def __init__(self, session: Session) -> None:
         self._session = session
+        self._streams = StreamDecoder(session.connection.generation)
         self._listeners: WeakSet[Notifications] = WeakSet()
-        self._masks = Masks()
-        self._free = asyncio.Event()
-        self._free.set()
+        self._subscriptions: tuple[Subscription[Any], ...] = ()
+        self._stands = asyncio.Event()
         self._watching: asyncio.Task[None] | None = None
         self._closed = False
 
     async def __aenter__(self) -> Self:
         """Start listening."""
-        self.release()
+        events = self._session.link.events
+        self._subscriptions = (
+            events.subscribe(self._hear, UnsolicitedReceived),
+            events.subscribe(self._follow, ExchangeEnded),
+        )
+        self.link_stands()
         return self
 
     async def __aexit__(self, *_: object) -> None:
         """Let every listener end."""
         self._closed = True
+        for subscription in self._subscriptions:
+            subscription.cancel()
         if self._watching:
             self._watching.cancel()
             await asyncio.wait([self._watching])
@@ -118,55 +124,40 @@ class Dispatcher:
         self._listeners.add(made)
         return made
 
-    def borrow(self) -> None:
-        """Take in that a plan starts, or a reconnect: the link may change, and its callback is taken."""
-        self._free.clear()
-        asyncio.get_running_loop().call_soon(self._share)
+    def link_may_change(self) -> None:
+        """Take in that a running plan, or a reconnect, may replace a lost link."""
+        self._stands.clear()
 
-    def release(self) -> None:
-        """Take back the callback of the link that there is now."""
-        self._session.link.on_unsolicited = self._hear
-        self._free.set()
+    def link_stands(self) -> None:
+        """Take in that nothing replaces the link any more: once it is lost, it stays so."""
+        self._stands.set()
         if not self._closed and (self._watching is None or self._watching.done()):
             self._watching = asyncio.create_task(self._watch(), name="link watch")
 
-    def _share(self) -> None:
-        link = self._session.link
-        other = link.on_unsolicited
-        if self._free.is_set() or other == self._hear:
-            return
+    def _follow(self, ended: ExchangeEnded) -> None:
+        """Follow which sensors the robot was told to stream."""
+        exchange, codec = ended.exchange, self._session.link.codec
+        if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is Verdict.OK:
+            self._streams.executed(exchange.command)
 
-        def both(unsolicited: Unsolicited) -> None:
-            self._hear(unsolicited)
-            other(unsolicited)
-
-        link.on_unsolicited = both
-
-    def executed(self, command: Command) -> None:
-        """Take in that the robot executed a command, which may have switched on a sensor stream."""
-        self._masks = masks_after(self._session.connection.generation, self._masks, command)
-
-    def _hear(self, unsolicited: Unsolicited) -> None:
+    def _hear(self, received: UnsolicitedReceived) -> None:
         """Decode a notification and hand it to all who listen; ignore late and malformed frames."""
+        unsolicited = received.unsolicited
         if not isinstance(unsolicited, Notification) or not self._listeners:
             return
         connection = self._session.connection
-        heard = DecodedPacket.of(unsolicited, connection.generation, connection.robot)
-        if (unsolicited.did, unsolicited.cid) == STREAM_IDS[connection.generation]:
-            decoded = streaming_fields(connection.generation, self._masks, unsolicited.payload)
-            if decoded.fields:
-                heard = replace(heard, fields=decoded.fields, units=decoded.units, note=decoded.problem)
+        heard = DecodedPacket.of(unsolicited, connection.generation, connection.robot, self._streams)
         for listener in tuple(self._listeners):
             listener.put(heard)
 
     async def _watch(self) -> None:
-        """Let every listener end once the link is lost and no running plan can open it again."""
+        """Let every listener end once the link is lost and nothing can open it again."""
         while True:
             link = self._session.link
             try:
                 await link.closed()
             except LinkLostError as error:
-                await self._free.wait()
+                await self._stands.wait()
                 if self._session.link is link:
                     self._end(error)
                     return

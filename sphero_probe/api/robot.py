@@ -9,7 +9,7 @@ from sphero_probe.api.running import Asked, OpenRuns, RunningPlan
 from sphero_probe.catalogue.leds import Colour
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import RefusedByPolicyError, UsageError
+from sphero_probe.errors import NoAnswerError, RefusedByPolicyError, UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.failures import check as check_finding
 from sphero_probe.probing.oneshot import send_once
@@ -234,23 +234,24 @@ class ConnectedRobot:
             LinkLostError: another robot answers there.
             SpheroProbeError: as connecting does.
         """
-        self._dispatcher.borrow()
+        self._dispatcher.link_may_change()
         try:
             await self._session.reconnect()
         finally:
-            self._dispatcher.release()
+            self._dispatcher.link_stands()
 
     async def _send(self, command: Command, *, check: bool) -> Answer:
         link = self._session.link
         finding = await send_once(link, command)
         answer = Answer.of(finding, link.codec)
-        if answer.ok:
-            self._dispatcher.executed(answer.command)
         if check:
             try:
                 check_finding(finding, link.codec)
             except RefusedByPolicyError as error:
                 error.hint = how_to_allow(finding.risk)
+                raise
+            except NoAnswerError as error:
+                error.hint = "is it awake? try connect(…, timeout=SECONDS) with more of them"
                 raise
         return answer
 

@@ -66,11 +66,11 @@ class OpenRuns:
         await self._ended.wait()
         self._ended.clear()
         self._stop, self._records = stop, records
-        self._dispatcher.borrow()
+        self._dispatcher.link_may_change()
 
     def end(self) -> None:
         """Take in that the plan has ended, and has left nothing in flight."""
-        self._dispatcher.release()
+        self._dispatcher.link_stands()
         self._ended.set()
 
     async def close(self) -> None:

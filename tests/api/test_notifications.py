@@ -83,7 +83,7 @@ def test_leaving_ends_every_listener() -> None:
     async def work() -> None:
         async with connect("fake:bolt") as robot:
             heard = robot.notifications()
-            listening = asyncio.create_task(anext(heard, None))  # type: ignore[arg-type]
+            listening = asyncio.create_task(anext(heard, None))
             await asyncio.sleep(1)
         assert await listening is None
 

@@ -1,12 +1,18 @@
 """The API without async: the same results, inside a running loop too, and nothing left behind."""
 
 import asyncio
+import json
+import subprocess
+import sys
 import threading
+from pathlib import Path
 
 import pytest
 
 from sphero_probe import Outcome, sync
 from sphero_probe.errors import LinkLostError, RefusedByPolicyError, UsageError
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def threads() -> set[str]:
@@ -101,6 +107,31 @@ def test_an_interrupt_cancels_what_runs(monkeypatch: pytest.MonkeyPatch) -> None
             with pytest.raises(KeyboardInterrupt):
                 robot.send("power.wake")
         assert robot.name
+
+
+def test_it_stays_open_until_closed_as_over_several_cells() -> None:
+    robot = sync.connect("fake:bolt-plus")
+    assert robot.send("power.wake").ok
+    robot.close()
+    robot.close()
+    with pytest.raises(LinkLostError):
+        robot.send("power.wake")
+    assert "sphero-probe" not in threads()
+
+
+def test_a_forgotten_robot_is_closed_at_the_end_of_the_program(tmp_path: Path) -> None:
+    ledger = tmp_path / "ledger"
+    code = (
+        "import sphero_probe.sync as sync\n"
+        f"robot = sync.connect('fake:rvr?ledger={ledger}', consent=['motion'])\n"
+        "robot.send('drive.set_raw_motors', payload=bytes([1, 99, 1, 99]))\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert ran.stderr == ""
+    assert [json.loads(line)["payload"] for line in ledger.read_text().splitlines()] == [
+        "01630163",
+        "00000000",
+    ]
 
 
 def test_discover_in_one_call() -> None:

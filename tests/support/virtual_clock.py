@@ -2,20 +2,24 @@
 
 import asyncio
 import gc
+from collections.abc import Coroutine
+from typing import Any, TypeVar
 
 from sphero_probe.virtual_clock import VirtualClock
 
+T = TypeVar("T")
 
-def run(coroutine):
+
+def run(coroutine: Coroutine[Any, Any, T]) -> T:
     """Run a coroutine on a virtual clock and return its result.
 
     Raises:
         RuntimeError: it waits for what can never happen.
         AssertionError: it left tasks behind, or errors that nobody looked at.
     """
-    unseen = []
+    unseen: list[dict[str, Any]] = []
 
-    async def watched():
+    async def watched() -> T:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(lambda _, context: unseen.append(context))
         result = await coroutine
