@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from sphero_probe import Consent
+from sphero_probe.pytest_plugin.opening import Wanted, wanted
 from sphero_probe.simulator import FakeRobot, parse_settings
 from tests.pytest_plugin.support import PLUGIN, plugin_options
 from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
@@ -232,6 +234,30 @@ def test_coroutines_connect_for_themselves(pytester: pytest.Pytester) -> None:
         """,
     )
     result.assert_outcomes(passed=2)
+
+
+@pytest.mark.parametrize(
+    ("marker", "said"),
+    [
+        (pytest.mark.sphero("bolt", hidden=5), "needs the built-in robot, for its settings hidden"),
+        (pytest.mark.sphero(allow=["write", "motion"]), "needs --sphero-allow motion on a real robot"),
+        (pytest.mark.sphero("bolt", "rvr", allow=["read", "write"]), ""),
+        (None, ""),
+    ],
+)
+def test_what_a_real_robot_is_asked_for(marker: pytest.MarkDecorator | None, said: str) -> None:
+    def ask() -> Wanted:
+        mark = marker.mark if marker else None
+        return wanted("BP-1234", mark, allowed=["write"], confirm="BP-1234", virtual_clock=True)
+
+    if said:
+        with pytest.raises(pytest.skip.Exception, match=said):
+            ask()
+    else:
+        got = ask()
+        assert got.models == (("bolt", "rvr") if marker else ())
+        assert got.consent == Consent.of(["write"] if marker else [], "BP-1234")
+        assert (got.device, got.virtual_clock) == ("BP-1234", False)
 
 
 REAL = """
