@@ -23,7 +23,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.transports.fake import FakeTransport
-from tests.support.virtual_clock import VirtualClock
+from sphero_probe.virtual_clock import VirtualClock
 
 LINKS: Final = ((0.015, 6), (0.030, 4), (0.050, 4))
 """Seconds between connection events, packets in each, either way."""

@@ -22,7 +22,18 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 NAME: Final = "sphero-probe"
-PUBLIC_MODULES: Final = ("sphero_probe.api", "sphero_probe.pytest_plugin")
+PUBLIC_MODULES: Final = (
+    "sphero_probe.api.connecting",
+    "sphero_probe.api.robot",
+    "sphero_probe.api.answer",
+    "sphero_probe.api.running",
+    "sphero_probe.api.result",
+    "sphero_probe.api.notifications",
+    "sphero_probe.api.decoding",
+    "sphero_probe.sync",
+    "sphero_probe.pytest_plugin",
+    "sphero_probe.pytest_plugin.fake",
+)
 """What scripts and tests import; documented from the day it exists."""
 _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]])")
 _PREFORMATTED: Final = "\b"

@@ -4,8 +4,7 @@ The BOLT+ has no node 0x12; a matrix command sent there should come back with 0x
 here moves or lights anything: setters are asked at a length that they do not take.
 """
 
-from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.packets import Command
+from sphero_probe import Command, Plan, Probe
 
 PRIMARY, SECONDARY = 0x11, 0x12
 

@@ -1,7 +1,6 @@
 """Say hello: wake the robot, hear an echo, ask who it is. The shortest plan, and a template for yours."""
 
-from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.packets import Command
+from sphero_probe import Command, Plan, Probe
 
 PLAN = Plan(
     name="hello",

@@ -3,8 +3,7 @@
 Nothing lights up: a setter is asked at a length that it does not take. ``sphero-probe led`` lights lamps.
 """
 
-from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.packets import Command
+from sphero_probe import Command, Plan, Probe
 
 MASKS = (0x0E, 0x1A, 0x1B, 0x1C)  # 16, 32, 64 and 8 bit
 ANIMATIONS = (0x04, 0x19, 0x2F, 0x4E)

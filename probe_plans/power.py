@@ -1,6 +1,6 @@
 """Everything about the battery: device 0x13 from end to end, documented or not."""
 
-from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe import Plan, sweep
 
 PLAN = Plan(
     name="power",

@@ -2,10 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from sphero_probe.link.exchange import Answered
-from sphero_probe.probing.finding import Finding
-from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.packets import Command
+from sphero_probe import Answered, Command, Finding, Plan, Probe
 
 SUPPORTED_DIDS = Command(0x10, 0x05)
 SUPPORTED_CIDS = 0x06

@@ -1,6 +1,6 @@
 """What the robot knows about itself: device 0x11; unknown neighbours of its config writes are skipped."""
 
-from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe import Plan, sweep
 
 PLAN = Plan(
     name="system_info",

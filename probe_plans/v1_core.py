@@ -3,7 +3,7 @@
 The bootloader, device 0x01, is not asked at all.
 """
 
-from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe import Plan, sweep
 
 PLAN = Plan(
     name="v1_core",

@@ -3,7 +3,7 @@
 Nothing moves or lights up: what is no read is asked at a length that it does not take.
 """
 
-from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe import Plan, sweep
 
 PLAN = Plan(
     name="v1_robot",

@@ -1,6 +1,6 @@
 """Which devices exist: each of the 256 DIDs is asked for a command that no device is known to have."""
 
-from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe import Plan, sweep
 
 UNLIKELY = 0xFD
 

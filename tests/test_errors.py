@@ -20,19 +20,19 @@ def branches(kind: type[SpheroProbeError], depth: int = 0) -> list[tuple[int, st
     return [(depth, kind.__name__, kind.exit_code), *below]
 
 
-def test_the_tree_is_drawn_as_it_is():
+def test_the_tree_is_drawn_as_it_is() -> None:
     drawn = re.findall(r"^    ([│├└─ ]*)(\w+Error) +(\d+)  ", errors.__doc__ or "", re.MULTILINE)
     assert [(len(indent) // 4, name, int(code)) for indent, name, code in drawn] == branches(SpheroProbeError)
 
 
-def test_a_branch_has_one_exit_code_of_its_own():
+def test_a_branch_has_one_exit_code_of_its_own() -> None:
     codes = [kind.exit_code for kind in SpheroProbeError.__subclasses__()]
     assert len(codes) == len(set(codes))
     for kind in SpheroProbeError.__subclasses__():
         assert {code for _, _, code in branches(kind)} == {kind.exit_code}
 
 
-def test_every_exception_of_the_package_stands_in_the_tree():
+def test_every_exception_of_the_package_stands_in_the_tree() -> None:
     elsewhere = set()
     for file in PACKAGE.rglob("*.py"):
         if file.name == "errors.py":
@@ -45,7 +45,7 @@ def test_every_exception_of_the_package_stands_in_the_tree():
     assert elsewhere == PRIVATE
 
 
-def test_a_signal_has_the_exit_code_that_shells_use():
+def test_a_signal_has_the_exit_code_that_shells_use() -> None:
     assert InterruptedRunError(2).exit_code == 130
     assert not isinstance(InterruptedRunError(2), SpheroProbeError)
 
@@ -59,16 +59,16 @@ def test_a_signal_has_the_exit_code_that_shells_use():
         pytest.param("", None, "known: scan, sweep", id="empty"),
     ],
 )
-def test_did_you_mean(word, otherwise, hint):
+def test_did_you_mean(word: str, otherwise: str | None, hint: str) -> None:
     assert did_you_mean(word, iter(["scan", "sweep"]), otherwise) == hint
 
 
-def test_nearest_gives_the_nearest_first():
+def test_nearest_gives_the_nearest_first() -> None:
     assert nearest("swep", ["step", "sweep", "scan"], count=2)[0] == "sweep"
     assert nearest("swep", []) == []
 
 
-def test_there_is_one_did_you_mean():
+def test_there_is_one_did_you_mean() -> None:
     users = [
         file for file in PACKAGE.rglob("*.py") if "get_close_matches" in file.read_text(encoding="utf-8")
     ]

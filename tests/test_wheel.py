@@ -66,3 +66,11 @@ def test_the_installed_tool_is_whole(request: pytest.FixtureRequest, tmp_path: P
     assert script.stem == "sphero-probe"
     said = run(python, script, "--version", cwd=tmp_path, site=site)
     assert said == f"sphero-probe {__version__}\n"
+
+
+def test_the_installed_tool_brings_its_pytest_plugin(installed: Path, tmp_path: Path) -> None:
+    (metadata,) = installed.glob("sphero_probe-*.dist-info/entry_points.txt")
+    assert "[pytest11]\nsphero_probe = sphero_probe.pytest_plugin" in metadata.read_text(encoding="utf-8")
+    (tmp_path / "test_it.py").write_text("def test_it(sphero): assert sphero.send('power.wake').ok\n")
+    said = run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", cwd=tmp_path, site=installed)
+    assert "1 passed" in said

@@ -1,11 +1,9 @@
 """One packet as JSON: the keys that ``decode``, ``listen``, the notes of a run and every report share."""
 
-from functools import lru_cache
 from typing import assert_never
 
-from sphero_probe.catalogue.commands import lookup, notification_row, rows_of
-from sphero_probe.catalogue.model import CommandRow, Kind, Robot
-from sphero_probe.catalogue.robots import ROBOTS
+from sphero_probe.catalogue.meaning import packet_meaning
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
@@ -16,7 +14,6 @@ from sphero_probe.protocol.packets import (
     Packet,
     Request,
     Response,
-    Verdict,
 )
 
 
@@ -49,7 +46,6 @@ def packet_json(
         streams: what reads the robot's sensor streams, None where nobody followed its commands.
     """
     keys: dict[str, object]
-    stream = None
     match packet:
         case Malformed(raw=held, reason=reason):
             return {
@@ -59,24 +55,15 @@ def packet_json(
                 "reason": reason,
             }
         case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
-            known = _known(generation, (did, cid), Kind.COMMAND, robot)
-            layout = known.request if known and known.kind is Kind.COMMAND else None
             keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
         case Response(seq, code, payload, did, cid, source, target):
-            known = _known(generation, (did, cid), Kind.COMMAND, robot)
-            codec = CODECS[generation]
-            success = codec.verdict(code) is Verdict.OK
-            layout = known.response if known and known.kind is Kind.COMMAND and success else None
             keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
-            keys["code_name"] = codec.code_name(code)
+            keys["code_name"] = CODECS[generation].code_name(code)
         case Notification(did, cid, payload, source, target, seq):
-            known = _known(generation, (did, cid), Kind.NOTIFICATION, robot)
-            layout = known.response if known and known.kind is Kind.NOTIFICATION else None
-            stream = streams.decode(packet) if streams else None
             keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
         case _:
             assert_never(packet)
-    decoded = stream or (layout.decode(payload) if layout else None)
+    known, decoded = packet_meaning(packet, generation, robot, streams)
     keys |= {
         "target": target,
         "source": source,
@@ -89,27 +76,3 @@ def packet_json(
     }
     present = {key: value for key, value in keys.items() if value is not None}
     return {"generation": generation.value} | present
-
-
-def _known(
-    generation: Generation, pair: tuple[int | None, int | None], kind: Kind, robot: Robot | None
-) -> CommandRow | None:
-    """The catalogue's row of a pair, one in the given role where there is any."""
-    return _looked_up(generation, *pair, kind, robot.key if robot else "")
-
-
-@lru_cache(maxsize=1024)
-def _looked_up(
-    generation: Generation, did: int | None, cid: int | None, kind: Kind, key: str
-) -> CommandRow | None:
-    """The same by a robot's key; packets come in streams, so the last ones are kept."""
-    robot = ROBOTS.get(key)
-    if cid is None:
-        return None
-    if kind is Kind.NOTIFICATION:
-        return notification_row(generation, did, cid, robot)
-    if did is None:
-        return None
-    fitting = (row for row in rows_of(generation, did, cid) if row.kind is kind)
-    likely = lookup(generation, did, cid, robot)
-    return likely if likely is None or likely.kind is kind else next(fitting, likely)

@@ -6,7 +6,6 @@ from contextlib import suppress
 from time import monotonic
 
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
@@ -15,24 +14,21 @@ from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import (
     CommandFailedError,
-    CommandSilentError,
     LinkLostError,
     NoAnswerError,
     RefusedByPolicyError,
-    RobotRefusedError,
     SpheroProbeError,
 )
-from sphero_probe.link.exchange import Answered, Blocked, Silent
 from sphero_probe.link.policy import Consent
+from sphero_probe.probing.failures import check
 from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.oneshot import heading_of, send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe
-from sphero_probe.protocol.packets import Command, Verdict
+from sphero_probe.protocol.packets import Command
 from sphero_probe.reports.rows import finding_row
 from sphero_probe.reports.views import FINDING
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.session.addressing import address_of, model_behind, port_behind
-from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.session import Session
 
 CommandsFor = Callable[[Robot | None, int], tuple[Command, ...]]
@@ -110,7 +106,7 @@ async def _ask_each(
             finding = await send_once(link, command, number, journal.intend)
             found.append(finding)
             journal.record(finding)
-            await check_answer(finding, session)
+            await check(finding, session)
     except (RefusedByPolicyError, CommandFailedError, NoAnswerError) as error:
         failed = error
     finally:
@@ -123,42 +119,3 @@ async def _ask_each(
     journal.record(Summary(counts, seconds, sent, frames, complete))
     if failed:
         raise failed
-
-
-async def check_answer(finding: Finding, session: Session) -> None:
-    """Check that a single command succeeded; after silence, find out whether the robot answers anything.
-
-    Args:
-        finding: of the command.
-        session: with the robot.
-
-    Raises:
-        RefusedByPolicyError: the command was not allowed.
-        RobotRefusedError: the robot answered with an error.
-        CommandSilentError: the robot answers other commands, but not this one.
-        NoAnswerError: the robot answers nothing at all.
-        LinkLostError: the connection was lost.
-    """
-    exchange, link = finding.exchange, session.link
-    if isinstance(exchange, Blocked):
-        raise RefusedByPolicyError(f"not sent: {exchange.reason}")
-    if isinstance(exchange, Silent):
-        command = exchange.command
-        tries = "1 attempt" if finding.attempts == 1 else f"{finding.attempts} attempts"
-        silence = f"no answer to 0x{command.did:02x}:0x{command.cid:02x} in {tries}"
-        if not link.answers:
-            await ask_well_known(link, WellKnown.ECHO, session.target)
-        if not link.answers:
-            raise NoAnswerError(
-                f"{silence}, nor to an echo: the robot is connected and answers nothing",
-                "shake it, or put it on its charger and take it off; or try a longer --timeout",
-            )
-        raise CommandSilentError(
-            f"{silence}; the robot answers other commands", "try a longer --timeout, or another --target"
-        )
-    if isinstance(exchange, Answered) and link.codec.verdict(exchange.response.code) is not Verdict.OK:
-        code = exchange.response.code
-        raise RobotRefusedError(
-            f"the robot answered 0x{code:02x} {finding.code_name}",
-            f"see: sphero-probe explain {'--v1 ' if link.codec.generation == 'v1' else ''}0x{code:02x}",
-        )

@@ -9,7 +9,6 @@ from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
-from sphero_probe.cli.parse import node
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.errors import IncompleteError, LinkLostError
@@ -23,6 +22,7 @@ from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, s
 from sphero_probe.reports.streams import takes_unicode, wants_color
 from sphero_probe.reports.views import FINDINGS
 from sphero_probe.runs.resume import RunJournal
+from sphero_probe.session.commands import node
 from sphero_probe.session.session import Session
 
 

@@ -4,7 +4,9 @@ Everything that is sent passes ``Policy.assess``. What a command may do is judge
 catalogue and from what calibration measured; where both are silent, the more dangerous class is taken.
 """
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Final, NamedTuple, Self
 
@@ -119,26 +121,38 @@ class Policy:
         self._names = tuple(names)
         self._assessed: dict[Command, Assessment] = {}
         self._revision = 0
-        self._stops: frozenset[Command] = frozenset()
+        self._implied: Counter[tuple[Command, Risk]] = Counter()
+        self._implications = 0
 
     @property
     def revision(self) -> int:
-        """Changes whenever a measurement changes what may be sent."""
-        return self.length_checks.revision
+        """Changes whenever a measurement, or ``implying``, changes what may be sent."""
+        return self.length_checks.revision + self._implications
 
-    def allow_stop(self, command: Command) -> None:
-        """Allow this one command, which stops the motors, whatever the consent: something was executed.
+    @contextmanager
+    def implying(self, risk: Risk, *commands: Command) -> Iterator[None]:
+        """Allow a class for exactly these commands while the block lasts, whatever the consent.
+
+        Asking for a LED's colour implies writing it; a command that may have started the motors implies
+        stopping them. Blocks may be nested and may overlap.
 
         Args:
-            command: exactly what may be sent, payload and node included.
+            risk: the class; a command that is assessed as another one stays blocked.
+            commands: payload and node included; no other command profits.
         """
-        self._stops |= {command}
-        self._assessed.clear()
+        implied = Counter((command, risk) for command in commands)
+        self._implied.update(implied)
+        self._implications += 1
+        try:
+            yield
+        finally:
+            self._implied -= implied
+            self._implications += 1
 
     def assess(self, command: Command) -> Assessment:
         """Return what sending this command may do, payload and node included, and whether it may be sent.
 
-        The last assessments are kept until a measurement changes them: asking again costs little.
+        The last assessments are kept until ``revision`` changes: asking again costs little.
         """
         if self._revision != self.revision:
             self._revision = self.revision
@@ -146,9 +160,10 @@ class Policy:
         assessed = self._assessed.get(command)
         if assessed is None:
             assessed = self._evaluate(command)
-            blocked = ""
-            if command not in self._stops:
-                blocked = why_blocked(assessed, self.consent, self._names) or ""
+            consent = self.consent
+            if (command, assessed.risk) in self._implied:
+                consent = consent._replace(allowed=consent.allowed | {assessed.risk})
+            blocked = why_blocked(assessed, consent, self._names) or ""
             assessed = assessed._replace(blocked=blocked)
             if len(self._assessed) >= _KEPT:
                 self._assessed.clear()

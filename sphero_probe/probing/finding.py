@@ -3,9 +3,10 @@
 from enum import StrEnum
 from typing import NamedTuple
 
+from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.exchange import Exchange
+from sphero_probe.link.exchange import Answered, Exchange
 from sphero_probe.protocol.packets import Command
 
 
@@ -52,6 +53,28 @@ class Finding(NamedTuple):
     code_name: str = ""
     attempts: int = 0
     note: str = ""
+
+    @property
+    def name(self) -> str | None:
+        """The command's name in the catalogue, None where no catalogue knows it."""
+        return self.knowledge.name if self.knowledge else None
+
+    @property
+    def code(self) -> int | None:
+        """The answer's code, None without an answer."""
+        return self.exchange.response.code if isinstance(self.exchange, Answered) else None
+
+    @property
+    def payload(self) -> bytes:
+        """The answer's data bytes, empty without an answer."""
+        return self.exchange.response.payload if isinstance(self.exchange, Answered) else b""
+
+    @property
+    def fields(self) -> dict[str, object]:
+        """The fields of a successful answer by the catalogue's layout; empty where there are none."""
+        if not isinstance(self.exchange, Answered):
+            return {}
+        return answer_meaning(self.exchange.response, self.knowledge).fields
 
 
 class Note(NamedTuple):

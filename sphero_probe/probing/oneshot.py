@@ -1,6 +1,7 @@
 """One command by itself: a command in, its finding out, without calling on the robot first."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from datetime import UTC, datetime
 
 from sphero_probe import __version__
@@ -71,9 +72,8 @@ async def stop_motors(link: Link, target: int | None, *, always: bool = False) -
     if target is not None and nodes:
         target = Address.from_byte(target).with_node(nodes[0]).byte
     command = Command(row.did, row.cid, row.request.zeros(), target)
-    if always:
-        link.policy.allow_stop(command)
-    await link.ask(command, alone=True)
+    with link.policy.implying(Risk.MOTION, command) if always else nullcontext():
+        await link.ask(command, alone=True)
 
 
 def heading_of(plan: Plan, link: Link, device: str) -> Heading:

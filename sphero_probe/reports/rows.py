@@ -8,14 +8,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
+from sphero_probe.catalogue.meaning import answer_meaning
+from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Robot
 from sphero_probe.catalogue.packet_json import packet_json
-from sphero_probe.catalogue.payload.layout import Decoded
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
-from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Generation, Packet, Response, Verdict
+from sphero_probe.protocol.packets import Generation, Packet
 from sphero_probe.transports.base import Seen
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def finding_row(finding: Finding) -> Row:
     exchange = finding.exchange
     answer = exchange if isinstance(exchange, Answered) else None
     sent = None if isinstance(exchange, Blocked) else exchange.sent.hex() or None
-    decoded = _decoded_answer(answer.response, known) if answer else None
+    decoded = answer_meaning(answer.response, known) if answer else None
     return Row(
         "finding",
         {
@@ -91,15 +90,6 @@ def finding_row(finding: Finding) -> Row:
             "note": "; ".join(filter(None, (finding.note, decoded.problem if decoded else ""))),
         },
     )
-
-
-def _decoded_answer(response: Response, known: CommandRow | None) -> Decoded:
-    """What a successful answer means; nothing where the catalogue has no layout for it."""
-    if known and known.kind is Kind.COMMAND and known.response:
-        verdict = CODECS[known.generation].verdict(response.code)
-        if verdict is Verdict.OK:
-            return known.response.decode(response.payload)
-    return Decoded({}, {}, b"", "")
 
 
 def note_row(note: Note) -> Row:

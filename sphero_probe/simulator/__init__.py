@@ -3,8 +3,9 @@
 ``parse_settings`` reads what follows ``fake:`` in an address, ``FakeRobot`` plays that robot.
 """
 
+from sphero_probe.simulator.execution import Executed
 from sphero_probe.simulator.firmware import Fact
-from sphero_probe.simulator.robot import Executed, FakeRobot
+from sphero_probe.simulator.robot import FakeRobot
 from sphero_probe.simulator.settings import Claims, Settings, Strict, parse_settings
 
 __all__ = ["Claims", "Executed", "Fact", "FakeRobot", "Settings", "Strict", "parse_settings"]

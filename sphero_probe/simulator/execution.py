@@ -4,7 +4,7 @@ Most commands are told by their rows alone: a setter is remembered, a getter ans
 plausible reading. Only what stands in a generation's repertoire does more.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import notification_row
 from sphero_probe.catalogue.payload.layout import Layout
@@ -17,6 +17,29 @@ from sphero_probe.simulator.calls import Behaviours, Call, News, Reply, answer
 from sphero_probe.simulator.firmware import FirmwareCommand
 from sphero_probe.simulator.settings import Strict
 from sphero_probe.simulator.state import State
+
+
+class Executed(NamedTuple):
+    """One line of the ledger: a command that a robot really ran.
+
+    Attributes:
+        node: number of the processor.
+        did: device id.
+        cid: command id.
+        payload: as it was received.
+        risk: what running it does, whatever a catalogue thinks.
+    """
+
+    node: int
+    did: int
+    cid: int
+    payload: bytes
+    risk: Risk
+
+    def as_json(self) -> dict[str, object]:
+        """The line as a JSON object; the payload in hex, the risk as a word."""
+        return {**self._asdict(), "payload": self.payload.hex(), "risk": self.risk.word}
+
 
 BEHAVIOURS: Final[dict[Generation, Behaviours]] = {
     V1.generation: behaviours_v1.BEHAVIOURS_V1,

@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from random import Random
-from typing import Final, NamedTuple, assert_never
+from typing import Final, assert_never
 
-from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Malformed, Request, Role, Verdict
 from sphero_probe.simulator.calls import Call, News, Reply
 from sphero_probe.simulator.command_queue import CommandQueue
-from sphero_probe.simulator.execution import BEHAVIOURS, execute
+from sphero_probe.simulator.execution import BEHAVIOURS, Executed, execute
 from sphero_probe.simulator.firmware import Fact, FirmwareCommand
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
@@ -22,28 +21,6 @@ BOOTING: Final = 1.5
 """Seconds from a reboot until the robot hears again; an assumption."""
 
 
-class Executed(NamedTuple):
-    """One line of the ledger: a command that a robot really ran.
-
-    Attributes:
-        node: number of the processor.
-        did: device id.
-        cid: command id.
-        payload: as it was received.
-        risk: what running it does, whatever a catalogue thinks.
-    """
-
-    node: int
-    did: int
-    cid: int
-    payload: bytes
-    risk: Risk
-
-    def as_json(self) -> dict[str, object]:
-        """The line as a JSON object; the payload in hex, the risk as a word."""
-        return {**self._asdict(), "payload": self.payload.hex(), "risk": self.risk.word}
-
-
 class FakeRobot:
     """A robot behind a line, without I/O and without a clock: the caller says what time it is.
 
@@ -53,6 +30,9 @@ class FakeRobot:
         malformed: number of packets that arrived damaged and were ignored.
         connected: there is a line to it; what is written without one is lost.
         connection: number of the current or last connection; a robot comes with its first one.
+        silent: (did, cid) pairs that it never answers; may be changed at any time.
+        on_execute: called with every command that it really ran.
+        on_drop: called when the line drops.
     """
 
     def __init__(self, settings: Settings, on_execute: Callable[[Executed], None] | None = None) -> None:
@@ -63,7 +43,9 @@ class FakeRobot:
         self._heard = 0
         self._own_name, self.address = identity(settings.model, settings.seed)
         self._settings = settings
-        self._on_execute = on_execute
+        self.silent = set(settings.silent)
+        self.on_execute = [on_execute] if on_execute else []
+        self.on_drop: Callable[[], None] = lambda: None
         self._repertoire = BEHAVIOURS[settings.model.generation]
         idleness = self._repertoire.idleness
         timeout = idleness.timeout if settings.sleep_after is None else settings.sleep_after
@@ -119,6 +101,12 @@ class FakeRobot:
         self.connected = False
         self._queue.clear()
         self._radio.drop(now=now)
+        self.on_drop()
+
+    def fall_asleep(self, *, now: float) -> None:
+        """Sleep at once, as it does by itself after a time without activity."""
+        self._pass_time(now)
+        self._turn(SleepEvent.SLEEP, now)
 
     def wake(self, *, now: float) -> None:
         """Wake it by other means than a command: a BLE write of its own kind, or a touch.
@@ -199,7 +187,7 @@ class FakeRobot:
         """Send a reply, if the command wants one and the robot is not mute on it."""
         code = self._codes[reply.verdict] if reply.code is None else reply.code
         well = self._codec.verdict(code) is Verdict.OK
-        if self._style.is_answered(request, well) and request.command[:2] not in self._settings.silent:
+        if self._style.is_answered(request, well) and request.command[:2] not in self.silent:
             response = self._style.respond(request, self.model.answer_style, node, code, reply.payload)
             self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
 
@@ -243,8 +231,9 @@ class FakeRobot:
         if not self._takes(command, len(payload)):
             return node, Reply(Verdict.BAD_LENGTH)
         reply = execute(Call(self._state, command, command.lengths.fit(payload), now))
-        if reply.verdict is Verdict.OK and self._on_execute:
-            self._on_execute(Executed(node, did, cid, payload, command.risk))
+        if reply.verdict is Verdict.OK:
+            for tell in self.on_execute:
+                tell(Executed(node, did, cid, payload, command.risk))
         return node, reply
 
     def _takes(self, command: FirmwareCommand, length: int) -> bool:

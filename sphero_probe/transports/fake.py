@@ -21,6 +21,7 @@ class FakeTransport:
         self._stirred = asyncio.Event()
         self._ready: list[bytes] = []
         self._closed = False
+        robot.on_drop = self._stirred.set
 
     async def write(self, data: bytes) -> None:
         """Let the robot hear bytes.

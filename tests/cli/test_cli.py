@@ -126,7 +126,9 @@ SILENT = [
 
 
 @pytest.mark.parametrize(("silent", "words", "code", "said"), SILENT)
-def test_silence_of_one_command_is_not_silence_of_the_robot(cli, silent, words, code, said):
+def test_silence_of_one_command_is_not_silence_of_the_robot(
+    cli: Cli, silent: str, words: str, code: int, said: str
+) -> None:
     device = ("--device", f"fake:bolt?silent={silent}", "--timeout", "10ms", "--allow", "motion")
     ran = cli("send", *words.split(), *device, "--json")
     assert ran.code == code, ran.err
@@ -135,20 +137,20 @@ def test_silence_of_one_command_is_not_silence_of_the_robot(cli, silent, words, 
     assert f"no answer to {words[:4]}:{words[5:9]} " in ran.err
 
 
-def test_listen_tells_silence_apart_in_the_same_way(cli):
+def test_listen_tells_silence_apart_in_the_same_way(cli: Cli) -> None:
     for silent, code in (("0x13:0x03", 7), ("0x13:0x03,0x13:0x0d,0x10:0x00", 4)):
         ran = cli("listen", "--send", "0x13 0x03", "--seconds", "5", "--device", f"fake:bolt?silent={silent}")
         assert ran.code == code, ran.err
 
 
-def test_silence_to_a_node_that_does_not_exist_is_no_mute_robot(cli):
+def test_silence_to_a_node_that_does_not_exist_is_no_mute_robot(cli: Cli) -> None:
     ran = cli(
         "send", "0x13", "0x03", "--target", "0x1e", "--timeout", "10ms", "--device", "fake:bolt", "--json"
     )
     assert ran.code == 7, ran.err
 
 
-def test_a_command_that_stayed_silent_ends_its_journal(cli):
+def test_a_command_that_stayed_silent_ends_its_journal(cli: Cli) -> None:
     cli("send", "0x13", "0x03", "--timeout", "10ms", "--device", "fake:bolt?silent=0x13:0x03")
     (run,) = json.loads(cli("runs", "--json").out)
     assert run["complete"] is True

@@ -73,7 +73,7 @@ ONE_DIGIT = [
 
 @pytest.mark.parametrize(("text", "expected"), ONE_DIGIT)
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 100])
-def test_a_token_of_one_digit_is_a_byte(text, expected, size):
+def test_a_token_of_one_digit_is_a_byte(text: bytes, expected: str, size: int) -> None:
     assert unhexed(text, size).hex() == expected
     assert hex_bytes(text.decode(), "text").hex() == expected
 
@@ -81,7 +81,7 @@ def test_a_token_of_one_digit_is_a_byte(text, expected, size):
 @given(
     st.lists(st.sampled_from(["1", "0", "8d", "0x1", "0xa", "0X8d", "0102", " ", ",", ":", "x"]), max_size=9)
 )
-def test_a_stream_says_what_the_argument_says(parts):
+def test_a_stream_says_what_the_argument_says(parts: list[str]) -> None:
     text = "".join(parts)
     try:
         expected = hex_bytes(text, "text")

@@ -1,6 +1,7 @@
 """Options: each is one typed value, takes what it should, and refuses the rest before anything is sent."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import click
 import pytest
@@ -50,7 +51,7 @@ TIMES = [
         (" 3 ", 3.0),
     ],
 )
-def test_a_time_is_read(text, seconds):
+def test_a_time_is_read(text: str, seconds: float) -> None:
     assert Seconds(0.1, 600).convert(text, None, None) == pytest.approx(seconds)
 
 
@@ -77,13 +78,13 @@ def test_a_time_is_read(text, seconds):
         pytest.param("9" * 400, "not from 10ms to 1m", id="beyond-any-float"),
     ],
 )
-def test_what_is_no_time_is_refused(text, said):
+def test_what_is_no_time_is_refused(text: str, said: str) -> None:
     with pytest.raises(click.BadParameter, match=said):
         Seconds(0.01, 60).convert(text, None, None)
 
 
 @given(st.text(max_size=12))
-def test_any_text_is_a_time_within_bounds_or_refused(text):
+def test_any_text_is_a_time_within_bounds_or_refused(text: str) -> None:
     try:
         seconds = Seconds(0.01, 60).convert(text, None, None)
     except click.BadParameter:
@@ -91,7 +92,7 @@ def test_any_text_is_a_time_within_bounds_or_refused(text):
     assert 0.01 <= seconds <= 60
 
 
-def test_every_option_that_counts_seconds_is_a_time():
+def test_every_option_that_counts_seconds_is_a_time() -> None:
     assert {param.values[1] for param in TIMES} == {"--connect-timeout", "--seconds", "--timeout"}
     for command in COMMANDS.values():
         for option in command.params:
@@ -100,7 +101,7 @@ def test_every_option_that_counts_seconds_is_a_time():
 
 @pytest.mark.parametrize(("name", "option"), TIMES)
 @pytest.mark.parametrize("text", ["nan", "inf", "-1", "0", "1e999", "9" * 30, ""])
-def test_no_command_takes_a_senseless_time(cli: Cli, name, option, text):
+def test_no_command_takes_a_senseless_time(cli: Cli, name: str, option: str, text: str) -> None:
     words = {"send": ("0x13", "0x10"), "sweep": ("--did", "0x13"), "led": ("--off",)}.get(name, ())
     ran = cli(*name.split(), *words, option, text)
     assert ran.code == USAGE
@@ -110,17 +111,17 @@ def test_no_command_takes_a_senseless_time(cli: Cli, name, option, text):
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "1.5", "inf", "x", "9" * 5000])
-def test_a_count_is_a_whole_number_from_one_up(cli: Cli, text):
+def test_a_count_is_a_whole_number_from_one_up(cli: Cli, text: str) -> None:
     assert cli("listen", "--count", text, *FAKE).code == USAGE
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_refuses_repeated_options(name):
+def test_every_command_refuses_repeated_options(name: str) -> None:
     assert isinstance(COMMANDS[name], StrictCommand)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_what_an_option_offers_exists(name):
+def test_what_an_option_offers_exists(name: str) -> None:
     context = click.Context(COMMANDS[name], resilient_parsing=True)
     for param in COMMANDS[name].params:
         offers = param.shell_complete(context, "zz")  # an unknown kind of offer would raise KeyError
@@ -158,7 +159,9 @@ def test_what_an_option_offers_exists(name):
         ),
     ],
 )
-def test_contradictions_are_usage_errors(cli: Cli, tmp_path, monkeypatch, arguments, said):
+def test_contradictions_are_usage_errors(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], said: str
+) -> None:
     monkeypatch.chdir(tmp_path)
     ran = cli(*arguments)
     assert ran.code == USAGE
@@ -177,21 +180,21 @@ def test_contradictions_are_usage_errors(cli: Cli, tmp_path, monkeypatch, argume
         pytest.param(("catalog", "--format", "csv"), id="format"),
     ],
 )
-def test_what_is_no_contradiction_works(cli: Cli, arguments):
+def test_what_is_no_contradiction_works(cli: Cli, arguments: tuple[str, ...]) -> None:
     assert cli(*arguments).code == 0
 
 
-def test_an_empty_device_in_the_environment_is_none_at_all(cli: Cli, monkeypatch):
+def test_an_empty_device_in_the_environment_is_none_at_all(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SPHERO_PROBE_DEVICE", "")
     assert cli("send", "power.get_battery_percentage", "--dry-run").code == 0
 
 
 @pytest.mark.parametrize("suffix", [*SUFFIXES, ".JSON", ""])
-def test_known_suffixes_are_written(cli: Cli, tmp_path, suffix):
+def test_known_suffixes_are_written(cli: Cli, tmp_path: Path, suffix: str) -> None:
     assert cli("catalog", "battery", "-o", str(tmp_path / f"out{suffix}")).code == 0
 
 
-def test_a_format_goes_with_any_suffix(cli: Cli, tmp_path):
+def test_a_format_goes_with_any_suffix(cli: Cli, tmp_path: Path) -> None:
     assert cli("catalog", "battery", "--format", "csv", "-o", str(tmp_path / "map.md")).code == 0
 
 
@@ -215,7 +218,7 @@ def test_a_format_goes_with_any_suffix(cli: Cli, tmp_path):
         ("", ""),
     ],
 )
-def test_hex_is_read_by_token(text, expected):
+def test_hex_is_read_by_token(text: str, expected: str) -> None:
     assert hex_bytes(text, "payload").hex() == expected
     assert is_hex(text) == bool(text)
 
@@ -238,7 +241,7 @@ def test_hex_is_read_by_token(text, expected):
         pytest.param("z" * 999, f"'{'z' * 16}' is not", "00ff", id="long-and-wrong"),
     ],
 )
-def test_unclear_hex_is_a_usage_error(text, said, hint):
+def test_unclear_hex_is_a_usage_error(text: str, said: str, hint: str) -> None:
     with pytest.raises(UsageError) as caught:
         hex_bytes(text, "payload")
     assert said in str(caught.value)
@@ -246,12 +249,12 @@ def test_unclear_hex_is_a_usage_error(text, said, hint):
 
 
 @given(st.lists(st.binary(min_size=1, max_size=4)), st.sampled_from(" :,_"))
-def test_bytes_in_tokens_come_back(groups, separator):
+def test_bytes_in_tokens_come_back(groups: list[bytes], separator: str) -> None:
     assert hex_bytes(separator.join(f"0x{group.hex()}" for group in groups), "payload") == b"".join(groups)
     assert hex_bytes(separator.join(group.hex() for group in groups), "payload") == b"".join(groups)
 
 
-def test_the_same_bytes_are_sent_however_they_are_written(cli: Cli):
+def test_the_same_bytes_are_sent_however_they_are_written(cli: Cli) -> None:
     sent = {
         cli("send", "drive.set_raw_motors", *words, "--dry-run", "--format", "csv", *FAKE).out
         for words in (("0x1", "0x7f", "0x0", "0x0"), ("017f0000",), ("1 7f 0 0",), ("01:7f:00:00",))

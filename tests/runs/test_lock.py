@@ -3,12 +3,17 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from sphero_probe.errors import InUseError
 from sphero_probe.runs.lock import holder, lock
+from tests.support.cli import Cli
+
+OpenFile = tuple[int, Path]
+"""A descriptor and the file's path."""
 
 HOLD = """
 import sys
@@ -21,7 +26,7 @@ with Journal.create(Path(sys.argv[1])):
 
 
 @pytest.fixture
-def file(tmp_path):
+def file(tmp_path: Path) -> Iterator[OpenFile]:
     path = tmp_path / "run.jsonl"
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
     yield descriptor, path
@@ -48,17 +53,21 @@ def place(descriptor: int) -> str:
         pytest.param("", None, id="empty"),
     ],
 )
-def test_the_holder_is_read_from_the_kernels_list(file, tmp_path, line, pid):
+def test_the_holder_is_read_from_the_kernels_list(
+    file: OpenFile, tmp_path: Path, line: str, pid: int | None
+) -> None:
     table = tmp_path / "locks"
     table.write_text("9: POSIX ADVISORY READ 7 00:01:2 0 EOF\n" + line.format(place(file[0])) + "\n")
     assert holder(file[0], table) == pid
 
 
-def test_where_the_system_does_not_tell_the_holder_is_unknown(file, tmp_path):
+def test_where_the_system_does_not_tell_the_holder_is_unknown(file: OpenFile, tmp_path: Path) -> None:
     assert holder(file[0], tmp_path / "none") is None
 
 
-def test_the_message_does_without_the_process(file, monkeypatch, tmp_path):
+def test_the_message_does_without_the_process(
+    file: OpenFile, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     other = os.open(file[1], os.O_RDWR)
     try:
         lock(other, file[1])
@@ -71,7 +80,7 @@ def test_the_message_does_without_the_process(file, monkeypatch, tmp_path):
 
 
 @pytest.mark.skipif(not Path("/proc/locks").exists(), reason="no list of locks here")
-def test_another_process_is_named(cli, tmp_path):
+def test_another_process_is_named(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     with subprocess.Popen(
         [sys.executable, "-c", HOLD, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

@@ -2,9 +2,9 @@
 
 from sphero_probe.catalogue import ROBOTS, all_rows, async_rows, commands_of, robot_by_word
 from sphero_probe.catalogue.model import CommandRow
+from sphero_probe.catalogue.naming import choose
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
-from sphero_probe.cli.parse import choose
 from sphero_probe.cli.values import Output
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.rows import command_row

@@ -1,8 +1,8 @@
 """``discover``: the full staged map of what a robot can do."""
 
+from sphero_probe.catalogue.naming import id_range
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
-from sphero_probe.cli.parse import id_range, node
 from sphero_probe.cli.run import run_plan
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
@@ -10,6 +10,7 @@ from sphero_probe.link.policy import Consent
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.discovery import discovery
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
+from sphero_probe.session.commands import node
 
 
 def discover(

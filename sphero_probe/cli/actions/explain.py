@@ -1,8 +1,8 @@
 """``explain``: what is known of an error code or a command."""
 
 from sphero_probe.catalogue import rows_of
+from sphero_probe.catalogue.naming import byte, pair
 from sphero_probe.cli.output import show
-from sphero_probe.cli.parse import byte, pair
 from sphero_probe.cli.values import Output
 from sphero_probe.errors import UsageError
 from sphero_probe.protocol import CODECS

@@ -1,17 +1,15 @@
 """``led``: set LEDs by name and colour."""
 
-from sphero_probe.catalogue.leds import led_commands
+from sphero_probe.catalogue.leds import Colour
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.naming import colour
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.oneshot import send_commands
-from sphero_probe.cli.parse import choose, colour, node
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
 from sphero_probe.link.policy import Consent
-from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command
-
-Colour = tuple[int, int, int]
+from sphero_probe.session.commands import lamp_commands
 
 
 def set_leds(
@@ -45,7 +43,7 @@ def set_leds(
         raise UsageError("no LED is named", "try: sphero-probe led --front ff0000, or --off")
 
     def make(robot: Robot | None, port: int) -> tuple[Command, ...]:
-        return _commands(wanted, robot, port, asking.target, off=off)
+        return lamp_commands(wanted, robot, port, asking.target, off=off)
 
     consent = Consent.of(asking.allow, asking.confirm, Risk.WRITE)  # setting LEDs is what was asked for
     send_commands("led", make, consent, output, connecting, asking, journal)
@@ -69,18 +67,3 @@ def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[
             raise UsageError(f"--led {led}: the LED {name} is named twice")
         wanted[name.lower()] = colour(text)
     return wanted
-
-
-def _commands(
-    wanted: dict[str, Colour], robot: Robot | None, port: int, target: str | None, *, off: bool
-) -> tuple[Command, ...]:
-    if robot is None or robot.leds is None:
-        raise UsageError(f"no LEDs are known of {robot.name if robot else 'an unknown model'}")
-    table = robot.leds
-    names = [word for group in table.groups for word in (group.name, *group.aliases)]
-    for name in wanted:
-        choose(name, dict.fromkeys(names), f"LED on {robot.name}:")
-    address = node(target, robot, port)
-    if target is None and address is not None and table.node is not None:
-        address = Address(port, table.node).byte
-    return tuple(command._replace(target=address) for command in led_commands(robot, wanted, off=off))

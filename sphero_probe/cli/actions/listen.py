@@ -2,19 +2,20 @@
 
 import asyncio
 
-from sphero_probe.cli.command_words import complete, parse_command
+from sphero_probe.cli.command_words import parse_command
 from sphero_probe.cli.connect import connect
-from sphero_probe.cli.oneshot import check_answer
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.unsolicited import describe_unsolicited
+from sphero_probe.probing.failures import check
 from sphero_probe.probing.oneshot import send_once
 from sphero_probe.reports.registry import Report
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import HEARD
+from sphero_probe.session.commands import complete_command
 from sphero_probe.session.session import Session
 
 
@@ -99,10 +100,12 @@ async def _send(session: Session, text: str) -> None:
     Raises:
         SpheroProbeError: it makes no sense, was withheld, or the robot refused it.
     """
-    connection, link = session.connection, session.link
-    asked = parse_command(tuple(text.split()), connection.generation)
-    finding = await send_once(link, complete(asked, connection.robot, connection.port, None))
-    await check_answer(finding, session)
+    connection = session.connection
+    ids, payload = parse_command(tuple(text.split()), connection.generation)
+    command = complete_command(
+        *(ids, payload, connection.robot, connection.port, None), generation=connection.generation
+    )
+    await check(await send_once(session.link, command), session)
 
 
 async def _wait(session: Session, stop: asyncio.Event, seconds: float | None) -> None:

@@ -1,8 +1,8 @@
 """``plan show``: the probes of a plan; apart from its siblings because it brings the link and asyncio."""
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
+from sphero_probe.catalogue.naming import choose
 from sphero_probe.cli.output import show
-from sphero_probe.cli.parse import choose
 from sphero_probe.cli.values import Output
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.dry_run import planned_probes

@@ -1,12 +1,13 @@
 """``send``: one command, and the answer."""
 
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.cli.command_words import complete, parse_command
+from sphero_probe.cli.command_words import parse_command
 from sphero_probe.cli.oneshot import send_commands
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.link.policy import Consent
 from sphero_probe.protocol.packets import Command
 from sphero_probe.session.addressing import address_of, generation_behind
+from sphero_probe.session.commands import complete_command
 
 
 def send(
@@ -28,10 +29,11 @@ def send(
     Raises:
         SpheroProbeError: the words make no sense, or the command failed.
     """
-    asked = parse_command(what, generation_behind(address_of(connecting.device)))
+    generation = generation_behind(address_of(connecting.device))
+    ids, payload = parse_command(what, generation)
 
     def make(robot: Robot | None, port: int) -> tuple[Command, ...]:
-        return (complete(asked, robot, port, asking.target),)
+        return (complete_command(ids, payload, robot, port, asking.target, generation=generation),)
 
     consent = Consent.of(asking.allow, asking.confirm)
     send_commands("send", make, consent, output, connecting, asking, journal)

@@ -2,9 +2,10 @@
 
 from typing import NamedTuple
 
+from sphero_probe.catalogue.naming import id_range
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
-from sphero_probe.cli.parse import hex_bytes, id_range, node
+from sphero_probe.cli.parse import hex_bytes
 from sphero_probe.cli.run import run_plan
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import BadInputFileError, UsageError
@@ -17,6 +18,7 @@ from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.ids import spans
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
+from sphero_probe.session.commands import node
 
 
 class SweepOptions(NamedTuple):

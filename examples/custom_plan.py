@@ -1,0 +1,28 @@
+"""A plan of two stages, made in code: the second asks only what the first one suggests."""
+
+import asyncio
+import sys
+from collections.abc import Iterator, Sequence
+
+from sphero_probe import Command, Finding, Outcome, Plan, Probe, connect, sweep
+
+BATTERY = Probe(Command(0x13, 0x10))
+
+
+def neighbours(findings: Sequence[Finding]) -> Iterator[Probe]:
+    """Look around every command that exists."""
+    for finding in findings:
+        if finding.outcome is Outcome.EXISTS:
+            did, cid, *_ = finding.command
+            yield from sweep([did], range(max(cid - 3, 0), cid + 4))
+
+
+async def main(device: str = "fake:bolt-plus") -> None:
+    plan = Plan("around_the_battery", "what lies next to the battery", stages=[[BATTERY], neighbours])
+    async with connect(device) as robot:
+        run = await robot.run(plan).collect()
+    for finding in run.existing:
+        print(finding.number, finding.name, finding.code_name)
+
+
+asyncio.run(main(*sys.argv[1:]))

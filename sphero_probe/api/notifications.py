@@ -1,0 +1,167 @@
+"""Notifications of a robot, decoded, for any number of listeners at once."""
+
+import asyncio
+from collections import deque
+from typing import Any, Final, Self
+from weakref import WeakSet
+
+from sphero_probe.api.decoding import DecodedPacket
+from sphero_probe.catalogue.streams import StreamDecoder
+from sphero_probe.errors import LinkLostError
+from sphero_probe.link.events import ExchangeEnded, Subscription, UnsolicitedReceived
+from sphero_probe.link.exchange import Answered
+from sphero_probe.protocol.packets import Notification, Verdict
+from sphero_probe.session.session import Session
+
+QUEUE: Final = 1000
+"""Notifications that wait for a listener; a sensor stream sends some 30 a second."""
+
+
+class Notifications:
+    """The notifications of one robot as they arrive, from the moment this object was made.
+
+    An async iterator. It ends when its time is up or the connection is left. Where the listener is too slow,
+    the oldest waiting notifications are dropped and counted; the link never waits for a listener.
+
+    Attributes:
+        dropped: how many were dropped because the queue was full.
+    """
+
+    def __init__(self, queue: int, seconds: float | None) -> None:
+        """Start with an empty queue.
+
+        Args:
+            queue: how many notifications wait at most.
+            seconds: when to end, counted from now; None for no end. Needs a running event loop.
+        """
+        self.dropped = 0
+        self._deadline = None if seconds is None else asyncio.get_running_loop().time() + seconds
+        self._waiting: deque[DecodedPacket] = deque(maxlen=queue)
+        self._changed = asyncio.Event()
+        self._ended = False
+        self._error: LinkLostError | None = None
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> DecodedPacket:
+        """Wait for the next notification.
+
+        Raises:
+            LinkLostError: the robot is gone; what came before that was returned first.
+            StopAsyncIteration: the time is up, or the connection was left.
+        """
+        while not self._waiting:
+            if self._error:
+                raise self._error
+            if self._ended:
+                raise StopAsyncIteration
+            self._changed.clear()
+            try:
+                async with asyncio.timeout_at(self._deadline):
+                    await self._changed.wait()
+            except TimeoutError:
+                self._ended = True
+        return self._waiting.popleft()
+
+    async def aclose(self) -> None:
+        """End it; what is waiting is forgotten."""
+        self._waiting.clear()
+        self.end(None)
+
+    def put(self, heard: DecodedPacket) -> None:
+        """Take in a notification; called by the link's side."""
+        if not self._ended:
+            self.dropped += len(self._waiting) == self._waiting.maxlen
+            self._waiting.append(heard)
+            self._changed.set()
+
+    def end(self, error: LinkLostError | None) -> None:
+        """Let it end after what is waiting; with an error where the robot is gone."""
+        if not self._ended:
+            self._ended, self._error = True, error
+            self._changed.set()
+
+
+class Dispatcher:
+    """Hands every notification of a session to all who listen; use it as an async context manager.
+
+    It subscribes to the events of the link, which go on after a reconnect.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._streams = StreamDecoder(session.connection.generation)
+        self._listeners: WeakSet[Notifications] = WeakSet()
+        self._subscriptions: tuple[Subscription[Any], ...] = ()
+        self._stands = asyncio.Event()
+        self._watching: asyncio.Task[None] | None = None
+        self._closed = False
+
+    async def __aenter__(self) -> Self:
+        """Start listening."""
+        events = self._session.link.events
+        self._subscriptions = (
+            events.subscribe(self._hear, UnsolicitedReceived),
+            events.subscribe(self._follow, ExchangeEnded),
+        )
+        self.link_stands()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        """Let every listener end."""
+        self._closed = True
+        for subscription in self._subscriptions:
+            subscription.cancel()
+        if self._watching:
+            self._watching.cancel()
+            await asyncio.wait([self._watching])
+        self._end(None)
+
+    def listen(self, queue: int, seconds: float | None) -> Notifications:
+        """Return a new listener; it is forgotten once the caller drops it."""
+        made = Notifications(queue, seconds)
+        self._listeners.add(made)
+        return made
+
+    def link_may_change(self) -> None:
+        """Take in that a running plan, or a reconnect, may replace a lost link."""
+        self._stands.clear()
+
+    def link_stands(self) -> None:
+        """Take in that nothing replaces the link any more: once it is lost, it stays so."""
+        self._stands.set()
+        if not self._closed and (self._watching is None or self._watching.done()):
+            self._watching = asyncio.create_task(self._watch(), name="link watch")
+
+    def _follow(self, ended: ExchangeEnded) -> None:
+        """Follow which sensors the robot was told to stream."""
+        exchange, codec = ended.exchange, self._session.link.codec
+        if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is Verdict.OK:
+            self._streams.executed(exchange.command)
+
+    def _hear(self, received: UnsolicitedReceived) -> None:
+        """Decode a notification and hand it to all who listen; ignore late and malformed frames."""
+        unsolicited = received.unsolicited
+        if not isinstance(unsolicited, Notification) or not self._listeners:
+            return
+        connection = self._session.connection
+        heard = DecodedPacket.of(unsolicited, connection.generation, connection.robot, self._streams)
+        for listener in tuple(self._listeners):
+            listener.put(heard)
+
+    async def _watch(self) -> None:
+        """Let every listener end once the link is lost and nothing can open it again."""
+        while True:
+            link = self._session.link
+            try:
+                await link.closed()
+            except LinkLostError as error:
+                await self._stands.wait()
+                if self._session.link is link:
+                    self._end(error)
+                    return
+
+    def _end(self, error: LinkLostError | None) -> None:
+        for listener in tuple(self._listeners):
+            listener.end(error)

@@ -1,0 +1,50 @@
+"""When one command is all that was asked: the finding that is no success becomes an error."""
+
+from sphero_probe.catalogue.well_known import WellKnown
+from sphero_probe.errors import CommandSilentError, NoAnswerError, RefusedByPolicyError, RobotRefusedError
+from sphero_probe.link.exchange import Answered, Blocked, Silent
+from sphero_probe.probing.finding import Finding
+from sphero_probe.protocol.packets import Verdict
+from sphero_probe.session.identify import ask_well_known
+from sphero_probe.session.session import Session
+
+
+async def check(finding: Finding, session: Session) -> None:
+    """Raise the error that a finding stands for; return where the command succeeded.
+
+    After silence an echo finds out whether the robot answers anything, unless it did before.
+
+    Args:
+        finding: of a command that was sent by itself.
+        session: with the robot.
+
+    Raises:
+        RefusedByPolicyError: our policy blocked the command; nothing was sent.
+        RobotRefusedError: the robot answered with an error.
+        CommandSilentError: the robot answers other commands, but not this one.
+        NoAnswerError: the robot answers nothing at all.
+        LinkLostError: the connection was lost.
+    """
+    exchange, link = finding.exchange, session.link
+    if isinstance(exchange, Blocked):
+        raise RefusedByPolicyError(f"not sent: {exchange.reason}")
+    if isinstance(exchange, Silent):
+        command = exchange.command
+        tries = "1 attempt" if finding.attempts == 1 else f"{finding.attempts} attempts"
+        silence = f"no answer to 0x{command.did:02x}:0x{command.cid:02x} in {tries}"
+        if not link.answers:
+            await ask_well_known(link, WellKnown.ECHO, session.target)
+        if not link.answers:
+            raise NoAnswerError(
+                f"{silence}, nor to an echo: the robot is connected and answers nothing",
+                "shake it, or put it on its charger and take it off; or try a longer --timeout",
+            )
+        raise CommandSilentError(
+            f"{silence}; the robot answers other commands", "try a longer --timeout, or another --target"
+        )
+    if isinstance(exchange, Answered) and link.codec.verdict(exchange.response.code) is not Verdict.OK:
+        code = exchange.response.code
+        raise RobotRefusedError(
+            f"the robot answered 0x{code:02x} {finding.code_name}",
+            f"see: sphero-probe explain {'--v1 ' if link.codec.generation == 'v1' else ''}0x{code:02x}",
+        )
