@@ -59,6 +59,8 @@ def policy(
     made = Policy(V2, robot, consent or Consent(), names)
     if strict:
         made.length_checks.trust(NODE)
+        for did in range(256):
+            made.length_checks.take_refusal(at(did, 0x00))
     return made
 
 
@@ -83,7 +85,14 @@ def dangerous_neighbours(did: int, cid: int) -> list[CommandRow]:
     return [row for row in near if takes_any_length(row)]
 
 
+def is_impossible_pair(did: int, cid: int) -> bool:
+    return cid in (0xFB, 0xFC, 0xFD) or (did in (0xEC, 0xED, 0xEE) and cid == 0)
+
+
 def unknown_may_go(did: int, cid: int, payload: bytes, *, strict: bool) -> bool:
+    if is_impossible_pair(did, cid) and did not in DANGEROUS_DEVICES:
+        empty_goes = did not in NO_EMPTY_PROBE_DEVICES[V2]
+        return payload in (bytes(11), bytes(13), bytes(40)) or (payload == b"" and empty_goes)
     return (
         strict
         and did not in DANGEROUS_DEVICES
@@ -96,7 +105,7 @@ def known_may_go(row: CommandRow, payload: bytes, *, strict: bool) -> bool:
     if row.risk is Risk.READ:
         return True
     refusable = row.request is not None and not row.request.accepts(len(payload))
-    return strict and refusable and row.risk < Risk.BRICK
+    return strict and refusable and row.risk is Risk.WRITE
 
 
 def may_go(did: int, cid: int, payload: bytes, robot: Robot | None, *, strict: bool) -> bool:
@@ -159,16 +168,14 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robo
         ),
         pytest.param(at(0x13, 0x01), "bolt", True, Risk.MOTION, "power.sleep", id="sleep"),
         pytest.param(
-            at(0x13, 0x01, bytes(11)), "bolt", True, Risk.PROBE, "at a length", id="sleep, wrong length"
+            at(0x13, 0x01, bytes(11)), "bolt", True, Risk.MOTION, "not asked", id="sleep, wrong length"
         ),
-        pytest.param(
-            at(0x13, 0x01, bytes(11)), "bolt", False, Risk.MOTION, "not known to check", id="sleep, lenient"
-        ),
+        pytest.param(at(0x13, 0x01, bytes(11)), "bolt", False, Risk.MOTION, "not asked", id="sleep, lenient"),
         pytest.param(at(0x13, 0x00), "rvr", True, Risk.BRICK, "deep_sleep", id="deep sleep"),
         pytest.param(
-            at(0x13, 0x00, bytes(11)), "rvr", True, Risk.BRICK, "not even", id="deep sleep, wrong length"
+            at(0x13, 0x00, bytes(11)), "rvr", True, Risk.BRICK, "not asked", id="deep sleep, wrong length"
         ),
-        pytest.param(at(0x1D, 0x1C), "rvr", True, Risk.BRICK, "not even", id="reset without argument"),
+        pytest.param(at(0x1D, 0x1C), "rvr", True, Risk.BRICK, "not asked", id="reset without argument"),
         pytest.param(at(0x1A, 0x35), "bolt", True, Risk.BRICK, "delete_all", id="delete all animations"),
         pytest.param(at(0x11, 0x2E), "rvr", True, Risk.BRICK, "erase_config", id="erase config"),
         pytest.param(at(0x16, 0x07, bytes(4)), "bolt-plus", True, Risk.MOTION, "drive", id="drive"),
@@ -187,10 +194,10 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robo
             at(0x17, 0x25), "mini", True, Risk.MOTION, "set_shoulder", id="17/25 on a robot without it"
         ),
         pytest.param(
-            at(0x17, 0x05, bytes(11)), None, True, Risk.MOTION, "unknown", id="one of two layouts unknown"
+            at(0x17, 0x05, bytes(11)), None, True, Risk.MOTION, "animation", id="one of two layouts unknown"
         ),
         pytest.param(
-            at(0x17, 0x05, bytes(11)), "r2d2", True, Risk.PROBE, "does not take", id="this one's is known"
+            at(0x17, 0x05, bytes(11)), "r2d2", True, Risk.MOTION, "not asked", id="this one's is known"
         ),
         pytest.param(
             at(0x50, 0x01, bytes(11)), None, True, Risk.PROBE, "no command takes", id="unknown device"
@@ -351,7 +358,8 @@ def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload: bytes) ->
         pytest.param(at(0x50, 0x01, bytes(11)), True, id="unknown, wrong length"),
         pytest.param(at(0x50, 0x01), False, id="unknown, empty"),
         pytest.param(at(0x13, 0x10, bytes(11)), False, id="read"),
-        pytest.param(at(0x16, 0x07, bytes(11)), True, id="motion, wrong length"),
+        pytest.param(at(0x16, 0x07, bytes(11)), False, id="motion, wrong length"),
+        pytest.param(at(0x1A, 0x1C), True, id="write, wrong length"),
         pytest.param(at(0x16, 0x07, bytes(4)), False, id="motion, proper"),
         pytest.param(at(0x13, 0x00, bytes(11)), False, id="brick, wrong length"),
     ],
@@ -508,3 +516,51 @@ def test_what_goes_was_allowed_by_its_own_name(
     gate = Policy(V2, robot, Consent(frozenset(allowed), ROBOT_NAME), (ROBOT_NAME,))
     command = Command(*pair, payload, target)
     assert (gate.why_blocked(command) is None) == (gate.assess(command).risk in allowed)
+
+
+HAZARDOUS = sorted(
+    {row.did for row in COMMAND_ROWS if row.risk >= Risk.MOTION and row.did not in DANGEROUS_DEVICES}
+)
+
+
+@pytest.mark.parametrize("did", HAZARDOUS, ids=lambda did: f"0x{did:02x}")
+def test_unknown_commands_of_a_device_that_acts_wait_for_evidence_there(did: int) -> None:
+    cid = next(
+        cid for cid in range(0x70, 256) if not rows_of(V2, did, cid) and not dangerous_neighbours(did, cid)
+    )
+    gate, probe = policy(), at(did, cid, bytes(WRONG_LENGTH))
+    gate.length_checks.trust(NODE)
+    assert gate.assess(probe).risk >= Risk.PERSIST
+    assert "no command of it was seen to check lengths" in gate.assess(probe).reason
+    gate.length_checks.take_refusal(Command(did, 0x01, b"", 0x12))
+    assert gate.why_blocked(probe) is not None
+    gate.length_checks.take_refusal(at(did, 0x01))
+    assert gate.assess(probe).risk is Risk.PROBE
+
+
+def test_a_node_on_which_a_wrong_length_was_accepted_gets_no_other() -> None:
+    gate = policy(strict=True)
+    probes = [at(0x50, 0x01, bytes(11)), at(0x50, 0xFD, bytes(11)), at(0x1A, 0x1C)]
+    assert [gate.why_blocked(probe) for probe in probes] == [None] * 3
+    gate.length_checks.distrust(NODE)
+    gate.length_checks.trust(NODE)
+    assert all(gate.why_blocked(probe) for probe in probes)
+    assert "accepted a wrong length" in gate.assess(probes[0]).reason
+    assert gate.why_blocked(at(0x13, 0x10)) is None
+
+
+def test_a_device_that_says_yes_to_what_cannot_exist_is_asked_nothing_unknown() -> None:
+    gate = policy(strict=True)
+    gate.length_checks.take_as_uninformative(NODE, 0x50)
+    assert "cannot exist" in gate.assess(at(0x50, 0x01, bytes(11))).reason
+    assert gate.why_blocked(at(0x50, 0x01, bytes(11))) is not None
+    assert gate.why_blocked(at(0x51, 0x01, bytes(11))) is None
+
+
+def test_stopping_the_motors_may_be_allowed_by_itself() -> None:
+    gate, stop = policy(), at(0x16, 0x01, bytes(4))
+    assert gate.why_blocked(stop) is not None
+    gate.allow_stop(stop)
+    assert gate.why_blocked(stop) is None
+    assert gate.why_blocked(stop._replace(payload=b"\x00\x01\x00\x00")) is not None
+    assert gate.why_blocked(stop._replace(target=0x12)) is not None
