@@ -169,7 +169,7 @@ def test_a_plan_runs_once_and_one_at_a_time() -> None:
 def test_records_are_everything_in_order() -> None:
     async def work() -> list[object]:
         async with connect("fake:bolt-plus") as robot:
-            return [record async for record in robot.sweep("power", range(3)).records()]
+            return [record async for record in robot.sweep("power", range(16)).records()]
 
     records = run(work())
     assert isinstance(records[-1], Summary)

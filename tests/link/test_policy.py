@@ -557,10 +557,43 @@ def test_a_device_that_says_yes_to_what_cannot_exist_is_asked_nothing_unknown() 
     assert gate.why_blocked(at(0x51, 0x01, bytes(11))) is None
 
 
-def test_stopping_the_motors_may_be_allowed_by_itself() -> None:
+def test_what_was_asked_for_implies_a_class_for_exactly_its_commands() -> None:
     gate, stop = policy(), at(0x16, 0x01, bytes(4))
     assert gate.why_blocked(stop) is not None
-    gate.allow_stop(stop)
-    assert gate.why_blocked(stop) is None
-    assert gate.why_blocked(stop._replace(payload=b"\x00\x01\x00\x00")) is not None
-    assert gate.why_blocked(stop._replace(target=0x12)) is not None
+    with gate.implying(Risk.MOTION, stop):
+        assert gate.why_blocked(stop) is None
+        assert gate.assess(stop).risk is Risk.MOTION
+        assert gate.why_blocked(stop._replace(payload=b"\x00\x01\x00\x00")) is not None
+        assert gate.why_blocked(stop._replace(target=0x12)) is not None
+    assert gate.why_blocked(stop) is not None
+
+
+def test_a_command_of_another_class_is_not_implied() -> None:
+    gate, stop = policy(), at(0x16, 0x01, bytes(4))
+    with gate.implying(Risk.WRITE, stop):
+        assert gate.why_blocked(stop) is not None
+
+
+@pytest.mark.parametrize("other", [0x11, 0x12], ids=["same command", "another node"])
+def test_implications_may_overlap_and_each_ends_by_itself(other: int) -> None:
+    gate, stop = policy(), at(0x16, 0x01, bytes(4))
+    first, second = gate.implying(Risk.MOTION, stop), gate.implying(Risk.MOTION, stop._replace(target=other))
+    revisions = [gate.revision]
+    for step in (first.__enter__, second.__enter__):
+        step()
+        revisions.append(gate.revision)
+        assert gate.why_blocked(stop) is None
+    first.__exit__(None, None, None)
+    revisions.append(gate.revision)
+    assert (gate.why_blocked(stop) is None) is (stop.target == other)
+    second.__exit__(None, None, None)
+    revisions.append(gate.revision)
+    assert gate.why_blocked(stop) is not None
+    assert revisions == sorted(set(revisions))
+
+
+def test_an_implication_ends_with_an_error_too() -> None:
+    gate, stop = policy(), at(0x16, 0x01, bytes(4))
+    with pytest.raises(ZeroDivisionError), gate.implying(Risk.MOTION, stop):
+        raise ZeroDivisionError
+    assert gate.why_blocked(stop) is not None

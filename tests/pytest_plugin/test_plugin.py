@@ -237,17 +237,20 @@ def test_coroutines_connect_for_themselves(pytester: pytest.Pytester) -> None:
 
 
 @pytest.mark.parametrize(
-    ("marker", "said"),
+    ("models", "settings", "said"),
     [
-        (pytest.mark.sphero("bolt", hidden=5), "needs the built-in robot, for its settings hidden"),
-        (pytest.mark.sphero(allow=["write", "motion"]), "needs --sphero-allow motion on a real robot"),
-        (pytest.mark.sphero("bolt", "rvr", allow=["read", "write"]), ""),
-        (None, ""),
+        (("bolt",), {"hidden": 5}, "needs the built-in robot, for its settings hidden"),
+        ((), {"allow": ["write", "motion"]}, "needs --sphero-allow motion on a real robot"),
+        (("bolt", "rvr"), {"allow": ["read", "write"]}, ""),
+        ((), {}, ""),
     ],
 )
-def test_what_a_real_robot_is_asked_for(marker: pytest.MarkDecorator | None, said: str) -> None:
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnknownMarkWarning")  # the plugin may not be installed
+def test_what_a_real_robot_is_asked_for(
+    models: tuple[str, ...], settings: dict[str, object], said: str
+) -> None:
     def ask() -> Wanted:
-        mark = marker.mark if marker else None
+        mark = pytest.mark.sphero(*models, **settings).mark if models or settings else None
         return wanted("BP-1234", mark, allowed=["write"], confirm="BP-1234", virtual_clock=True)
 
     if said:
@@ -255,8 +258,8 @@ def test_what_a_real_robot_is_asked_for(marker: pytest.MarkDecorator | None, sai
             ask()
     else:
         got = ask()
-        assert got.models == (("bolt", "rvr") if marker else ())
-        assert got.consent == Consent.of(["write"] if marker else [], "BP-1234")
+        assert got.models == models
+        assert got.consent == Consent.of(["write"] if models else [], "BP-1234")
         assert (got.device, got.virtual_clock) == ("BP-1234", False)
 
 
