@@ -132,6 +132,7 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
     times: list[float] = []
 
     async def work() -> None:
+        last = 0.0
         now = asyncio.get_running_loop().time
         robot.connect(now=now())
         transport = FakeTransport(robot)
@@ -140,8 +141,12 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
         async with Link(transport, codec, policy) as link:
             run = Engine(Plan("sweep", "", [list(sweep(dids, range(256)))]), link, robot.name, _NODE)
             times.append(now())
-            times.extend([now() async for record in run.records() if isinstance(record, Heading)])
-            times.append(now())
+            async for record in run.records():
+                if isinstance(record, Heading):
+                    times.append(now())
+                elif isinstance(record, Finding):
+                    last = now()
+            times.append(last)
             findings.extend(run.findings)
         transport.close()
 

@@ -22,6 +22,8 @@ from sphero_probe.session.reconnect import Reconnector
 
 _READS_WANTED: Final = 3
 _READS_TRIED: Final = 8
+_READ_ATTEMPTS: Final = 2
+"""How often a silent read is asked; the next one takes its place."""
 _OTHER_LENGTHS: Final = (40, 0)
 
 
@@ -97,11 +99,13 @@ class Calibration:
             for row in sorted(rows, key=self._order)
             if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
         ][:_READS_TRIED]
+        reading = Questions(self._line, self._target, _READ_ATTEMPTS)
+        reading.steps = self._questions.steps
         found: list[CommandRow] = []
         verdicts: set[Verdict | None] = set()
         while reads and len(found) < _READS_WANTED:
             some, reads = reads[: _READS_WANTED - len(found)], reads[_READS_WANTED - len(found) :]
-            replies = await self._questions.ask_all([Command(row.did, row.cid) for row in some], "success")
+            replies = await reading.ask_all([Command(row.did, row.cid) for row in some], "success")
             verdicts |= {reply.verdict for reply in replies}
             found += [row for row, reply in zip(some, replies, strict=True) if reply.verdict is Verdict.OK]
         return found, verdicts

@@ -23,7 +23,7 @@ from sphero_probe.session.reconnect import Reconnector
 SETTERS: Final = 2
 """Harmless setters of a device that get a wrong length at most."""
 _TRIES: Final = 2
-"""How often a command is asked over dropped links; it may be what drops them."""
+"""How often a command is asked that stays silent, and over dropped links: it may be what drops them."""
 _HARMLESS: Final = ("enable_", "_notify")
 """Parts of the names of setters that change nothing when all their arguments are zero."""
 
@@ -79,7 +79,7 @@ class DeviceCalibration:
         self._line = line
         self._target = target
         self._did = did
-        self._questions = Questions(line, target)
+        self._questions = Questions(line, target, _TRIES)
         self._impossible: dict[int, Answer | None] = {}
         self._executed: Command | None = None
         self._asked = self._refused = 0
@@ -152,22 +152,31 @@ class DeviceCalibration:
         return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
 
     async def _ask_impossible(self) -> bool:
-        """Ask a command that cannot exist, at both lengths; return whether the device may exist."""
-        first, second, *_ = (Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS)
+        """Ask a command that cannot exist, at both lengths; return whether the device may exist.
+
+        Of two such commands the first that is answered counts; where both are silent, silence is the answer.
+        """
+        candidates = [Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS]
+        wrong = await self._ask_one_impossible(candidates[0])
+        if wrong.verdict is None and not wrong.blocked:
+            wrong = await self._ask_one_impossible(candidates[1])
+        self._masks = wrong.verdict is Verdict.BAD_LENGTH
+        if wrong.verdict in ACCEPTED:
+            other = await self._questions.ask(
+                candidates[2]._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
+            )
+            self._judge_yes(candidates[0], other)
+        return wrong.verdict is not Verdict.NO_DEVICE
+
+    async def _ask_one_impossible(self, command: Command) -> Reply:
+        """Ask one command at both lengths; return the reply to the wrong length."""
         lengths = (WRONG_LENGTH, 0)
-        probes = [first._replace(payload=bytes(length)) for length in lengths]
+        probes = [command._replace(payload=bytes(length)) for length in lengths]
         replies = await self._questions.ask_all(probes, Verdict.NO_COMMAND.value)
         for length, reply in zip(lengths, replies, strict=True):
             if not reply.blocked:
                 self._impossible[length] = reply.answer
-        wrong = replies[0]
-        self._masks = wrong.verdict is Verdict.BAD_LENGTH
-        if wrong.verdict in ACCEPTED:
-            other = await self._questions.ask(
-                second._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
-            )
-            self._judge_yes(first, other)
-        return wrong.verdict is not Verdict.NO_DEVICE
+        return replies[0]
 
     def _judge_yes(self, command: Command, other: Reply) -> None:
         """Take in that a command that cannot exist succeeded: either the device says so of all, or it ran."""

@@ -19,19 +19,19 @@ from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
+from sphero_probe.probing.dropped import DroppedProbes
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
 from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
 from sphero_probe.probing.near_misses import NearMisses
 from sphero_probe.probing.prober import Prober
+from sphero_probe.probing.recovery import recover
 from sphero_probe.probing.retries import (
     DEAD,
-    EXECUTED,
     LOST,
     NOT_ITSELF,
     STOPPED,
-    SUSPECT,
     LossEstimate,
     SettledProbe,
     SilentProbe,
@@ -40,14 +40,11 @@ from sphero_probe.probing.retries import (
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
 from sphero_probe.protocol.packets import Malformed
-from sphero_probe.session.identify import wake
-from sphero_probe.session.reconnect import PAUSES, Reconnector
+from sphero_probe.session.reconnect import Reconnector
 
 if TYPE_CHECKING:
     from sphero_probe.probing.finding import Finding
 
-RECOVERY: Final = 20.0
-"""Seconds after which a node that fails every health check is given up."""
 ROUNDS: Final = 3
 """How often a probe may turn out void before it is given up as inconclusive."""
 
@@ -81,19 +78,18 @@ class Pipeline:
         self.dead: set[int | None] = set()
         self._wrong: set[int | None] = set()
         self._broken: LinkLostError | None = None
-        self._dropped: list[PreparedProbe] = []
-        self._drops: Counter[int] = Counter()
+        self._dropped = DroppedProbes(line, prober)
         self._voided: Counter[int] = Counter()
         self._settled: list[SettledProbe] = []
         self._near_misses = NearMisses(prober.link.codec)
         self._late = LateAnswers()
 
     def limit_in_flight(self, width: int | None) -> None:
-        """Keep no more probes than this in flight; None for as many as the robot bears."""
+        """Keep no more probes than this in flight; None for as many as the robot takes."""
         self._scheduler.width = width
 
     async def feed(self, probes: Iterable[PreparedProbe]) -> list[SettledProbe]:
-        """Send probes as fast as the robot bears; return what is settled by then, not only of these.
+        """Send probes as fast as the robot answers; return what is settled by then, not only of these.
 
         What stays silent is left in ``unanswered``.
         """
@@ -192,9 +188,8 @@ class Pipeline:
             if self._wrong:
                 await self._void()
         self._hear(await in_flight_probes.all())
-        for asked in self._dropped:
+        for asked in self._dropped.take():
             self.unanswered[asked.number] = SilentProbe(asked, silence(asked), 1, doubt=LOST)
-        self._dropped.clear()
         self._settled += self._confirmations.clear().answered
         self._scheduler.clear()
 
@@ -211,7 +206,7 @@ class Pipeline:
                 case _, LinkLostError():
                     self._broken = self._broken or answer
                     if isinstance(item, PreparedProbe):
-                        self._scheduler.todo.appendleft(item) if stamp is None else self._dropped.append(item)
+                        self._scheduler.todo.appendleft(item) if stamp is None else self._dropped.add(item)
                 case PreparedProbe(), ProbeResult():
                     self._hear_probe(item, answer, stamp or 0)
                 case HealthQuestion(), Answered() | Silent() | Blocked():
@@ -225,6 +220,7 @@ class Pipeline:
             self.loss.learn(earlier.attempts + 1 if earlier else 1)
             if isinstance(tried.exchange, Answered):
                 self.executions.look(asked, tried.exchange)
+                self._prober.learn(asked.command, tried.exchange)
             settled = SettledProbe(asked, tried._replace(attempts=attempts))
             settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
@@ -260,7 +256,7 @@ class Pipeline:
             self._scheduler.again.append(one.asked._replace(is_last_try=is_last_try))
 
     async def _void(self) -> None:
-        """Have everything asked again that no canary proved, once the robot is itself."""
+        """Have everything asked again that no health check confirmed, once the robot is itself."""
         wrong, self._wrong = self._wrong, set()
         self._scheduler.questions.clear()
         void = self._confirmations.clear()
@@ -277,36 +273,15 @@ class Pipeline:
             if one := self.unanswered.get(asked.number):
                 one.doubt = "" if self._may_repeat(asked) else NOT_ITSELF
                 self._call_again(one)
-        await self._recover(wrong)
+        self._bury(await recover(self.line, self.health, wrong, lambda: self._over))
 
     def _may_repeat(self, asked: PreparedProbe) -> bool:
         self._voided[asked.number] += 1
         return self._voided[asked.number] < ROUNDS
 
-    async def _recover(self, nodes: set[int | None]) -> None:
-        """Wake nodes that failed a health check until they pass one; give up on those that do not."""
-        failing = set(nodes)
-
-        async def try_again() -> None:
-            for target in sorted(failing, key=str):
-                await wake(self._prober.link, target, 1)
-                if await self.health.passes(target):
-                    failing.discard(target)
-
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        for pause in PAUSES:
-            await asyncio.sleep(pause)
-            await self.line.with_reconnect(try_again)
-            if self._over or not failing:
-                return
-            if loop.time() - began > RECOVERY:
-                break
-        self.dead |= failing
-        self._bury(failing)
-
     def _bury(self, nodes: set[int | None]) -> None:
         """Settle every probe of dead nodes: nothing can be told of them any more."""
+        self.dead |= nodes
         for queue in (self._scheduler.todo, self._scheduler.again):
             for asked in [asked for asked in queue if asked.command.target in nodes]:
                 queue.remove(asked)
@@ -317,31 +292,17 @@ class Pipeline:
                 one.doubt = one.doubt or DEAD
 
     async def _reconnect(self, error: LinkLostError) -> None:
-        """Open the line again, and ask alone what was in flight when it dropped."""
-        self._broken, dropped = None, sorted(self._dropped, key=lambda asked: asked.number)
+        """Open the link again, and send alone what was in flight when it dropped."""
+        self._broken = None
         self._scheduler.questions.clear()
-        self._dropped = []
-        self._drops.update(asked.number for asked in dropped)
-        await self.line.open_again(error)
-        for asked in dropped:
-            await self._ask_after_drop(asked)
-
-    async def _ask_after_drop(self, asked: PreparedProbe) -> None:
-        while not self.line.lost:
-            if asked.risk > Risk.WRITE or self._drops[asked.number] > 1:
-                doubt = EXECUTED if asked.risk > Risk.WRITE else SUSPECT
-                self.unanswered.pop(asked.number, None)
-                self._settled.append(SettledProbe(asked, no_result(asked, self._drops[asked.number]), doubt))
-                return
-            try:
-                tried = await self._prober.ask(asked, alone=True)
-            except LinkLostError as error:
-                self._drops[asked.number] += 1
-                await self.line.open_again(error)
+        async for probe, result in self._dropped.ask_again(error):
+            if result is None:
+                self.unanswered[probe.number] = SilentProbe(probe, silence(probe), 1, doubt=LOST)
+            elif isinstance(result, SettledProbe):
+                self.unanswered.pop(probe.number, None)
+                self._settled.append(result)
             else:
-                self._hear_probe(asked, tried, self._confirmations.checks)
-                return
-        self.unanswered[asked.number] = SilentProbe(asked, silence(asked), 1, doubt=LOST)
+                self._hear_probe(probe, result, self._confirmations.checks)
 
 
 def _ignore(_: SettledProbe) -> None:

@@ -63,6 +63,7 @@ class Prober:
         self.intend: Callable[[PreparedProbe], None] = _forget
         self.line = line
         self.target = target
+        self._absent: set[tuple[int | None, int]] = set()
         self._calibrations: dict[tuple[int | None, int], DeviceCalibration] = {}
 
     @property
@@ -124,10 +125,19 @@ class Prober:
         self.claimed |= {(one.target, one.did, cid) for one in found for cid in one.claimed}
         return found
 
+    def learn(self, command: Command, answer: Answered) -> None:
+        """Take in an answer; it may tell that the node has no such device."""
+        if self.link.codec.verdict(answer.response.code) is Verdict.NO_DEVICE:
+            self._absent.add((command.target, command.did))
+
+    def _is_absent(self, target: int | None, did: int) -> bool:
+        """Whether the node has no such device, as far as it said."""
+        profile = self.devices.get((target, did))
+        return (target, did) in self._absent or (profile is not None and not profile.exists)
+
     def has_evidence(self, command: Command) -> bool:
         """Whether a command of this device refused a wrong length, or the device does not exist."""
-        profile = self.devices.get((command.target, command.did))
-        if profile and not profile.exists:
+        if self._is_absent(command.target, command.did):
             return True
         return bool(self.link.policy.length_checks.refusals(command.target, command.did))
 
@@ -136,8 +146,7 @@ class Prober:
 
         Two must have, and one of them must be no read where the device has documented setters.
         """
-        profile = self.devices.get((target, did))
-        if profile and not profile.exists:
+        if self._is_absent(target, did):
             return True
         policy, generation = self.link.policy, self.link.codec.generation
         refused = policy.length_checks.refusals(target, did)

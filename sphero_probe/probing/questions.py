@@ -32,8 +32,10 @@ class Questions:
         steps: the evidence so far.
     """
 
-    def __init__(self, line: Reconnector, target: int | None) -> None:
+    def __init__(self, line: Reconnector, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
+        """Take the node, and how often a silent question is asked."""
         self.steps: list[Step] = []
+        self._attempts = attempts
         self._line = line
         self._target = target
 
@@ -62,11 +64,11 @@ class Questions:
         return [reply for _, reply in asked]
 
     async def _ask(self, command: Command, wanted: str) -> tuple[Step, Reply]:
-        """Ask up to three times, from the second on with nothing else in flight."""
+        """Ask until it is answered; from the second time on with nothing else in flight."""
         codec = self._line.link.codec
         command = command._replace(target=self._target)
-        for attempt in range(MAX_ATTEMPTS):
-            exchange = await self._line.link.ask(command, alone=attempt > 0, expected=True)
+        for attempt in range(self._attempts):
+            exchange = await self._line.link.ask(command, alone=attempt > 0)
             if isinstance(exchange, Blocked):
                 return Step(command, wanted, "blocked"), Reply(None, blocked=True)
             if isinstance(exchange, Answered):

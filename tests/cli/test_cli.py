@@ -159,11 +159,12 @@ def test_a_command_that_stayed_silent_ends_its_journal(cli: Cli) -> None:
 def test_dry_run_shows_bytes_and_touches_nothing(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger.jsonl"
     device = ("--device", f"fake:bolt-plus?ledger={ledger}")
-    sweep = cli("sweep", "--did", "0x13", "--cid", "0,0x20", *device, "--dry-run", "--json")
+    sweep = cli("sweep", "--did", "0x13", "--cid", "0,1,0x30", *device, "--dry-run", "--json")
     assert "nothing is sent" in sweep.err
-    withheld, probe = json.loads(sweep.out)
+    withheld, documented, probe = json.loads(sweep.out)
     assert withheld["risk"] == "brick"
     assert "--allow brick" in withheld["withheld"]
+    assert "documented, not asked at a wrong length (--allow motion)" in documented["withheld"]
     assert (probe["risk"], probe["withheld"]) == ("probe", None)
     led = cli("led", "--front", "ff0000", *device, "--dry-run", "--json")
     assert json.loads(led.out)[0]["sent"] == "8d3a11011a1c0007ff000077d8"

@@ -578,11 +578,11 @@ def test_commands_that_cannot_be_written(command: Command, seq: int, more: dict[
         pytest.param(Response(256, 0, b"", 0x13, 0x10), id="response SEQ"),
         pytest.param(Response(0, 256, b"", 0x13, 0x10), id="response code"),
         pytest.param(Response(0, 0, b"", 0x13, 0x10, 256), id="response source"),
-        pytest.param(Response(0, 0, bytes(MAX_PAYLOAD + 1), 0x13, 0x10), id="response payload"),
+        pytest.param(Response(0, 0, bytes(MAX_FRAME + 1), 0x13, 0x10), id="response payload"),
         pytest.param(Notification(None, 0x10), id="notification without DID"),
         pytest.param(Notification(0x13, 0x100), id="notification CID"),
         pytest.param(Notification(0x13, 0x10, seq=256), id="notification SEQ"),
-        pytest.param(Notification(0x13, 0x10, bytes(MAX_PAYLOAD + 1)), id="notification payload"),
+        pytest.param(Notification(0x13, 0x10, bytes(MAX_FRAME + 1)), id="notification payload"),
         pytest.param(Request(Command(0x100, 0), 0), id="request DID"),
     ],
 )
