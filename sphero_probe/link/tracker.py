@@ -31,8 +31,8 @@ _REMEMBERED: Final = 4096
 _FROM_ANY_NODE = (Verdict.NO_TARGET, Verdict.TARGET_UNAVAILABLE)
 
 TOLERANCES: Final = ("source", "seq", "flags")
-"""What an answer may differ in and still count, where that was asked for: the node that it names, its sequence
-number, or the flag that makes it a response."""
+"""In what an answer may differ and still count, where that was asked for: the node that it names, its
+sequence number, or the flag that makes it a response."""
 
 _Handle = tuple[int, int | None, int | None]
 """What an answer is recognised by: its sequence number, and DID and CID where answers name them."""
@@ -167,7 +167,7 @@ class Tracker:
         return LateResponse(response, received, None)
 
     def _tolerated(self, packet: Notification) -> Response | None:
-        """Return the response that a notification stands for where flags are tolerated; None where it is none."""
+        """Return the response that a notification stands for where flags are tolerated, else None."""
         seq = packet.seq
         asked = self._waiting.get(seq) if seq is not None and "flags" in self._tolerate else None
         if (
