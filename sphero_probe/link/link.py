@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from math import inf
 from types import TracebackType
 from typing import Any, Final, Self
@@ -48,6 +48,7 @@ class Link:
         timeout: float | None = None,
         window: int | None = None,
         events: Events | None = None,
+        tolerate: Collection[str] = (),
     ) -> None:
         """Take the two ends of the line and the gate.
 
@@ -56,8 +57,9 @@ class Link:
             codec: how it speaks.
             policy: what may be sent.
             timeout: seconds until a command counts as silent; None measures it, node by node.
-            window: commands in flight; None finds out, node by node, how many are borne.
+            window: commands in flight; None finds out, node by node, how many the robot takes.
             events: the listeners to tell what happens; None begins without any.
+            tolerate: in what an answer may differ and still count, of ``tracker.TOLERANCES``.
         """
         self.policy = policy
         self.codec = codec
@@ -65,7 +67,7 @@ class Link:
         self.events = events or Events()
         self.limit = window or WIDEST
         self._transport = transport
-        self._tracker = Tracker(codec)
+        self._tracker = Tracker(codec, tolerate)
         self._timeout = timeout
         self._window = window
         self._paces: dict[int | None, Pace] = {}

@@ -1,7 +1,7 @@
 """Which answer belongs to which command: commands, bytes and the time in, frames and exchanges out. Pure."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Answered, Exchange, LateResponse, Silent, Unsolicited
@@ -30,6 +30,10 @@ _REMEMBERED: Final = 4096
 """Settled handles that are kept at least as long as they rest, and at most ``REST``."""
 _FROM_ANY_NODE = (Verdict.NO_TARGET, Verdict.TARGET_UNAVAILABLE)
 
+TOLERANCES: Final = ("source", "seq", "flags")
+"""In what an answer may differ and still count, where that was asked for: the node that it names, its
+sequence number, or the flag that makes it a response."""
+
 _Handle = tuple[int, int | None, int | None]
 """What an answer is recognised by: its sequence number, and DID and CID where answers name them."""
 
@@ -55,8 +59,10 @@ class Tracker:
     command while it rests.
     """
 
-    def __init__(self, codec: Codec) -> None:
+    def __init__(self, codec: Codec, tolerate: Collection[str] = ()) -> None:
+        """Take the codec, and which of ``TOLERANCES`` apply to this robot."""
         self._codec = codec
+        self._tolerate = frozenset(tolerate)
         self._decoder = codec.decoder(Role.HOST)
         self._waiting: dict[int, _Asked] = {}
         self._settled: dict[_Handle, _Settled] = {}
@@ -136,6 +142,8 @@ class Tracker:
         for packet in packets:
             if isinstance(packet, Response):
                 yield self._match(packet, now)
+            elif isinstance(packet, Notification) and (response := self._tolerated(packet)):
+                yield self._match(response, now)
             elif isinstance(packet, Notification | Malformed):
                 yield packet
             elif isinstance(packet, Request):  # a host's decoder makes none; kept total all the same
@@ -143,6 +151,8 @@ class Tracker:
 
     def _match(self, response: Response, now: float) -> Answered | LateResponse:
         received = self._codec.frame_of(response)
+        if "seq" in self._tolerate:
+            response = response._replace(seq=self._nearest_seq(response))
         asked = self._waiting.get(response.seq)
         if asked and self._fits(response, asked.command):
             del self._waiting[response.seq]
@@ -155,6 +165,29 @@ class Tracker:
             waited = exchange.rtt if isinstance(exchange, Answered) else exchange.waited
             return LateResponse(response, received, exchange, now - settled.at + waited)
         return LateResponse(response, received, None)
+
+    def _tolerated(self, packet: Notification) -> Response | None:
+        """Return the response that a notification stands for where flags are tolerated, else None."""
+        seq = packet.seq
+        asked = self._waiting.get(seq) if seq is not None and "flags" in self._tolerate else None
+        if (
+            asked is None
+            or seq is None
+            or (packet.did, packet.cid) != asked.command[:2]
+            or not packet.payload
+        ):
+            return None
+        code, payload = packet.payload[0], packet.payload[1:]
+        return Response(
+            seq, code, payload, packet.did, packet.cid, packet.source, packet.target, packet.flags
+        )
+
+    def _nearest_seq(self, response: Response) -> int:
+        """Return the number of the longest waiting command that an answer fits but for its number."""
+        if response.seq in self._waiting and self._fits(response, self._waiting[response.seq].command):
+            return response.seq
+        fitting = (seq for seq, asked in self._waiting.items() if self._fits(response, asked.command))
+        return next(fitting, response.seq)
 
     def _handle(self, seq: int, did: int, cid: int) -> _Handle:
         return (seq, did, cid) if self._codec.answers_name_commands else (seq, None, None)
@@ -185,7 +218,7 @@ class Tracker:
         """Compare what both sides name: DID, CID, and the node's nibble where a source is given."""
         if (response.did, response.cid) not in ((None, None), (command.did, command.cid)):
             return False
-        if response.source is None or command.target is None:
+        if "source" in self._tolerate or response.source is None or command.target is None:
             return True
         asked = Address.from_byte(command.target)
         if asked.is_wildcard:

@@ -1,4 +1,4 @@
-"""Probes that were in flight when the link dropped: each is sent alone, and the one that drops it twice is known."""
+"""Probes that were in flight when the link dropped: each is sent alone, to know which one drops it."""
 
 from collections import Counter
 from collections.abc import AsyncIterator

@@ -30,6 +30,10 @@ class HealthCheck:
         """Whether it was taken in what this node answers."""
         return target in self._questions
 
+    def has_questions(self, target: int | None) -> bool:
+        """Whether a health check of this node can pass or fail."""
+        return bool(self._questions.get(target))
+
     def questions(self, target: int | None) -> list[Command]:
         """Return what to ask this node, the echo with a nonce that was not used before."""
         return [self._with_nonce(question) for question in self._questions.get(target, ())]

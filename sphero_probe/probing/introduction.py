@@ -52,8 +52,8 @@ async def introduce(
         silent.append(exchange)
         if oddity := _oddity(silent, strays, line.link.codec):
             raise NoAnswerError(f"first answer: {oddity}", _NO_ANSWER)
-    if firmware:
-        return firmware
+    if firmware or line.link.matched:
+        return firmware  # answers come, if too late for the timeout that was named
     impossible = Command(IMPOSSIBLE_DIDS[0], 0, bytes(WRONG_LENGTH), target)
     error = await line.link.ask(impossible, alone=True)
     if isinstance(error, Answered):

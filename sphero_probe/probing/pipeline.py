@@ -32,6 +32,7 @@ from sphero_probe.probing.retries import (
     LOST,
     NOT_ITSELF,
     STOPPED,
+    UNCHECKED,
     LossEstimate,
     SettledProbe,
     SilentProbe,
@@ -119,6 +120,8 @@ class Pipeline:
         self._scheduler.is_last = False
         words: list[SettledProbe] = []
         for one in self.unanswered.values():
+            if not self.health.has_questions(one.asked.command.target):
+                one.doubt = one.doubt or UNCHECKED
             damage = self._near_misses.of(one.sent_at)
             words.append(one.last_word(self.loss, self._why_open(), damage))
             if not one.late_answer:

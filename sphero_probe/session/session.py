@@ -1,6 +1,6 @@
 """An open session: a device address and consent in, a link to that robot out, which can be opened again."""
 
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Collection
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 
@@ -40,7 +40,12 @@ class Session:
 
 @asynccontextmanager
 async def open_session(
-    device: str, consent: Consent, options: OpenOptions | None = None, *, timeout: float | None = None
+    device: str,
+    consent: Consent,
+    options: OpenOptions | None = None,
+    *,
+    timeout: float | None = None,
+    tolerate: Collection[str] = (),
 ) -> AsyncIterator[Session]:
     """Connect and start listening; everything is closed on leaving.
 
@@ -49,6 +54,7 @@ async def open_session(
         consent: what may be sent.
         options: how to connect.
         timeout: seconds until a command counts as silent; None measures it.
+        tolerate: in what an answer may differ and still count, of ``link.tracker.TOLERANCES``.
 
     Raises:
         SpheroProbeError: the robot cannot be reached.
@@ -62,7 +68,7 @@ async def open_session(
 
         async def start_link(at: Connection) -> Link:
             codec = CODECS[at.generation]
-            link = Link(at.transport, codec, policy, timeout=timeout, events=events)
+            link = Link(at.transport, codec, policy, timeout=timeout, events=events, tolerate=tolerate)
             return await line.enter_async_context(link)
 
         async def reconnect() -> Link:

@@ -226,7 +226,7 @@ class FakeRobot:
         if shut_out or not firmware.has_device(node, did):
             return node, Reply(Verdict.NO_DEVICE)
         if command is None:
-            masked = self._settings.mask and payload
+            masked = payload and did in self._settings.mask
             return node, Reply(Verdict.BAD_LENGTH if masked else Verdict.NO_COMMAND)
         if not self._takes(command, len(payload)):
             return node, Reply(Verdict.BAD_LENGTH)

@@ -51,7 +51,7 @@ class Settings(NamedTuple):
         seed: picks names, readings, hidden commands and faults.
         hidden: number of commands that no catalogue knows.
         strict: how the length of a payload is checked.
-        mask: a payload answers "bad length" even where its device has no such command.
+        mask: devices in which a payload answers "bad length" even where no such command exists.
         claims: what 10/05 and 10/06 are worth.
         latency: seconds between hearing a command and its answer leaving.
         loss: probability that a packet is lost, either way.
@@ -78,7 +78,7 @@ class Settings(NamedTuple):
     seed: int = 0
     hidden: int = 0
     strict: Strict = Strict.EXACT
-    mask: bool = False
+    mask: frozenset[int] = frozenset()
     claims: Claims = Claims.TRUE
     latency: float = 0.0
     loss: float = 0.0
@@ -217,6 +217,19 @@ def _pair(text: str) -> tuple[int, int]:
     return did, cid
 
 
+def _masked(text: str) -> frozenset[int]:
+    """Read the devices that mask: 1 for all, 0 for none, or a list of device ids."""
+    if text in ("0", "1"):
+        return frozenset(range(256)) if text == "1" else frozenset()
+    try:
+        dids = frozenset(_number(word) for word in text.split(","))
+    except ValueError:
+        dids = frozenset({-1})
+    if not all(0 <= did <= 0xFF for did in dids):
+        raise ValueError("0, 1 or device ids such as 0x13,0x17 are wanted")
+    return dids
+
+
 def _path(text: str) -> str:
     if not text:
         raise ValueError("a file name is wanted")
@@ -227,7 +240,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "seed": _whole(0),
     "hidden": _whole(0, MOST_HIDDEN),
     "strict": _one_of(Strict),
-    "mask": _switch,
+    "mask": _masked,
     "claims": _one_of(Claims),
     "latency": _seconds,
     "loss": _probability,

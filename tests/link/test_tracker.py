@@ -776,3 +776,31 @@ class UnreliableRobot(RuleBasedStateMachine):
 
 TestUnreliableRobot = UnreliableRobot.TestCase
 TestUnreliableRobot.settings = settings(max_examples=25, stateful_step_count=30, deadline=None)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "answer"),
+    [
+        pytest.param("source", answer_to(BATTERY, 0, b"\x57", source=0x15), id="another node"),
+        pytest.param("seq", answer_to(BATTERY, 200, b"\x57"), id="another number"),
+    ],
+)
+def test_a_constant_difference_is_accepted_where_that_was_asked_for(tolerance: str, answer: Response) -> None:
+    for tolerate, kind in (((tolerance,), Answered), ((), LateResponse)):
+        tracker = Tracker(V2, tolerate)
+        tracker.ask(BATTERY._replace(target=0x11), now=0.0, timeout=1.0)
+        (event,) = tracker.hear(V2.encode_response(answer), now=0.5)
+        assert isinstance(event, kind)
+        if isinstance(event, Answered):
+            assert event.response.payload == b"\x57"
+
+
+def test_an_answer_with_the_flags_of_a_command_is_accepted_where_that_was_asked_for() -> None:
+    raw = V2.encode_notification(Notification(BATTERY.did, BATTERY.cid, b"\x00\x57", seq=0, flags=0x0A))
+    for tolerate, kind in ((("flags",), Answered), ((), Notification)):
+        tracker = Tracker(V2, tolerate)
+        tracker.ask(BATTERY, now=0.0, timeout=1.0)
+        (event,) = tracker.hear(raw, now=0.5)
+        assert isinstance(event, kind)
+        if isinstance(event, Answered):
+            assert (event.response.code, event.response.payload) == (0, b"\x57")
