@@ -88,7 +88,7 @@ def test_a_marker_chooses_the_model_and_its_settings(pytester: pytest.Pytester) 
         @pytest.mark.sphero("mini", hidden=3, mask=True, seed=7)
         def test_settings(sphero, sphero_fake):
             assert sphero.model.key == "mini"
-            assert (sphero_fake.settings.hidden, sphero_fake.settings.mask) == (3, True)
+            assert (sphero_fake.settings.hidden, len(sphero_fake.settings.mask)) == (3, 256)
             assert sum(fact.hidden for fact in sphero_fake.truth) == 3
 
         @pytest.mark.sphero("r3d3")
