@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.catalogue.packet_json import packet_json
 from sphero_probe.catalogue.payload.layout import Decoded
+from sphero_probe.catalogue.proofs import PROVES
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
@@ -197,9 +198,12 @@ def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[
     )
 
 
-def code_row(generation: Generation, code: int, name: str, meaning: str) -> Row:
-    """Return the row of an answer's code."""
-    return Row("code", {"generation": generation.value, "code": code, "name": name, "meaning": meaning})
+def code_row(generation: Generation, code: int) -> Row:
+    """Return the row of an answer's code; ``proves`` says what it tells about the command that was sent."""
+    codec = CODECS[generation]
+    verdict = codec.verdict(code)
+    data: dict[str, object] = {"generation": generation.value, "code": code, "name": codec.code_name(code)}
+    return Row("code", data | {"meaning": verdict.value, "proves": PROVES[verdict]})
 
 
 def fact_row(fact: "Fact") -> Row:

@@ -256,6 +256,7 @@ CODES: Final = View(
         _both("code", "Code", hex_id, whole=True),
         _both("name"),
         _both("meaning"),
+        _both("proves", "What it proves"),
     ),
     "No codes.",
 )

@@ -207,11 +207,12 @@ def test_small_rows() -> None:
         {"name": "power", "summary": "What", "file": str(Path("a/b.py")), "robots": ["bolt"]},
     )
     assert plan_row("power", "What", None, ()).data["file"] is None
-    assert code_row(V2, 5, "bad data length", "exists").data == {
+    assert code_row(V2, 5).data == {
         "generation": "v2",
         "code": 5,
         "name": "bad data length",
-        "meaning": "exists",
+        "meaning": "exists, length refused",
+        "proves": "the command exists and refuses this length, where only existing ones do",
     }
     assert fact_row(Fact("battery", 87, "%", "primary")).data == {
         "name": "battery",
