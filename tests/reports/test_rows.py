@@ -106,7 +106,9 @@ def test_name_is_null_only_where_no_catalogue_knows_the_pair() -> None:
             "1 byte more than the layout has",
             id="what does not fit is told",
         ),
-        pytest.param(answered(1, 0x13, 0x99, 0x03), {}, "a stub", id="the engine's note stays"),
+        pytest.param(
+            answered(1, 0x13, 0x99, 0x03), {}, "a stub or null handler", id="the engine's note stays"
+        ),
     ],
 )
 def test_fields_and_note(finding: Finding, fields: dict[str, int], note: str) -> None:

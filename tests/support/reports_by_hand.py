@@ -226,7 +226,7 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
         ),
         "codes": (
             views.CODES,
-            [Row("code", dict.fromkeys(("generation", "name", "meaning", "proves"), text))],
+            [Row("code", dict.fromkeys(("generation", "code", "name", "meaning", "proves"), text))],
         ),
         "facts": (views.FACTS, [fact_row(Fact(text, text, text, text)), fact_row(Fact("x", float("nan")))]),
         "checks": (checks.CHECKS, [checks.check_row(text, checks.Look(checks.State.FAIL, text, text))]),
