@@ -4,6 +4,7 @@ from functools import lru_cache
 from typing import assert_never
 
 from sphero_probe.catalogue.commands import lookup, notification_row, rows_of
+from sphero_probe.catalogue.leds import leds_set
 from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.robots import ROBOTS
 from sphero_probe.catalogue.streams import StreamDecoder
@@ -36,7 +37,8 @@ def packet_json(
     - ``target``, ``source``: address bytes, as integers
     - ``name``: as the catalogue knows it
     - ``fields``, ``units``: the decoded payload, by the catalogue's layout or, for a sensor stream, by the
-      masks that were set
+      masks or the services that were set
+    - ``leds``: those that a command sets, lamp name -> colour, where the robot is known
     - ``payload``, ``raw``: the data bytes and the whole frame, in lower-case hex
     - ``note``: what does not fit the layout
     - ``reason``: why bytes are malformed; they have ``generation``, ``kind`` and ``raw`` besides
@@ -49,7 +51,7 @@ def packet_json(
         streams: what reads the robot's sensor streams, None where nobody followed its commands.
     """
     keys: dict[str, object]
-    stream = None
+    stream = lamps = None
     match packet:
         case Malformed(raw=held, reason=reason):
             return {
@@ -62,6 +64,7 @@ def packet_json(
             known = _known(generation, (did, cid), Kind.COMMAND, robot)
             layout = known.request if known and known.kind is Kind.COMMAND else None
             keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
+            lamps = leds_set(robot, packet.command) if robot else None
         case Response(seq, code, payload, did, cid, source, target):
             known = _known(generation, (did, cid), Kind.COMMAND, robot)
             codec = CODECS[generation]
@@ -83,6 +86,7 @@ def packet_json(
         "name": known.name if known else None,
         "fields": decoded.fields if decoded else None,
         "units": decoded.units or None if decoded else None,
+        "leds": lamps,
         "payload": payload.hex(),
         "raw": raw.hex(),
         "note": decoded.problem or None if decoded else None,

@@ -268,6 +268,7 @@ class Engine:
             self.link.codec,
             masked=self._prober.masks(command.target),
             device=self._prober.devices.get((command.target, command.did)),
+            robot=self.link.policy.robot,
         )
         if probe.number in self._executions.numbers:
             finding = finding._replace(note="executed: it accepted this length")

@@ -2,7 +2,8 @@
 
 from typing import Final, NamedTuple, assert_never
 
-from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.model import Kind, Robot
+from sphero_probe.catalogue.provenance import absence_note
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
@@ -117,6 +118,7 @@ def finding_of(
     *,
     masked: bool = False,
     device: DeviceProfile | None = None,
+    robot: Robot | None = None,
 ) -> Finding:
     """Return the finding of a probe.
 
@@ -126,12 +128,14 @@ def finding_of(
         codec: whose codes the answer carries.
         masked: see ``judge``.
         device: see ``judge``.
+        robot: the model that was asked; what is known of it stands beside a command that it does not have.
     """
     exchange, attempts = tried
     known = asked.knowledge is not None and asked.knowledge.kind is Kind.COMMAND
     layout = asked.knowledge.response if asked.knowledge and known else None
     reading = layout is not None and layout.minimum_length > 0 and asked.risk is Risk.READ
     judgement = judge(exchange, codec, known=known, reading=reading, masked=masked, device=device)
+    is_missing = judgement.outcome is Outcome.ABSENT and not judgement.note  # the command, not the node
     return Finding(
         asked.number,
         asked.command,
@@ -142,5 +146,5 @@ def finding_of(
         asked.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         attempts,
-        judgement.note,
+        absence_note(asked.knowledge, robot) if is_missing else judgement.note,
     )

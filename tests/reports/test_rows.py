@@ -102,7 +102,7 @@ def test_name_is_null_only_where_no_catalogue_knows_the_pair() -> None:
         pytest.param(answered(1, 0x13, 0x21, 0x00, b"\x01"), {}, "", id="layout of a notification"),
         pytest.param(
             answered(1, 0x13, 0x10, 0x00, b"\x57\x01"),
-            {"percentage": 87},
+            {},
             "1 byte more than the layout has",
             id="what does not fit is told",
         ),
@@ -173,7 +173,8 @@ def test_command() -> None:
     (known,) = rows_of(V2, 0x13, 0x10)
     row = command_row(known)
     ids = ["generation", "did", "cid", "name", "kind", "risk"]
-    assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note"]
+    evidence = ["provenance", "firmware", "enabled_by", "since"]
+    assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note", *evidence]
     assert row.data["request"] == ""
     assert row.data["response"] == "percentage:u8[%]"
     assert row.data["robots"] == {key: list(nodes) for key, nodes in known.nodes.items()}
