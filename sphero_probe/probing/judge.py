@@ -119,6 +119,7 @@ def finding_of(
     masked: bool = False,
     device: DeviceProfile | None = None,
     robot: Robot | None = None,
+    firmware: str = "",
 ) -> Finding:
     """Return the finding of a probe.
 
@@ -129,6 +130,7 @@ def finding_of(
         masked: see ``judge``.
         device: see ``judge``.
         robot: the model that was asked; what is known of it stands beside a command that it does not have.
+        firmware: the version of the node that was asked, empty where it is not known.
     """
     exchange, attempts = tried
     known = asked.knowledge is not None and asked.knowledge.kind is Kind.COMMAND
@@ -146,5 +148,5 @@ def finding_of(
         asked.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         attempts,
-        absence_note(asked.knowledge, robot) if is_missing else judgement.note,
+        absence_note(asked.knowledge, robot, firmware) if is_missing else judgement.note,
     )
