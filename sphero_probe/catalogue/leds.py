@@ -1,12 +1,15 @@
-"""Lamps and colours in, the commands that set them out."""
+"""The lamps of robots: the commands that set them, and which lamps a command sets."""
 
 from collections.abc import Mapping
+from typing import Final
 
 from sphero_probe.catalogue.model import LedGroup, LedTable, Robot
 from sphero_probe.protocol.packets import Command
 
 Colour = tuple[int, int, int]
 """Red, green, blue, 0-255 each."""
+CHANNELS: Final = ("red", "green", "blue")
+"""The channels of a lamp with a colour, in the order of its bits."""
 
 
 def led_commands(robot: Robot, wanted: Mapping[str, Colour], *, off: bool = False) -> tuple[Command, ...]:
@@ -34,6 +37,57 @@ def led_commands(robot: Robot, wanted: Mapping[str, Colour], *, off: bool = Fals
         for group in table.groups
         if group.cid is not None and group.bits[0] in channels
     )
+
+
+def leds_set(robot: Robot, command: Command) -> dict[str, object] | None:
+    """Return what a command does to a robot's lamps, the opposite of ``led_commands``.
+
+    Args:
+        robot: whose lamps.
+        command: any command.
+
+    Returns:
+        Lamp name -> its colour as ``ff0000``; the brightness 0-255 of a lamp with one channel; ``red 255``
+        where the command sets some channels of a lamp only. None for a command that sets no lamps, or one
+        whose mask or length does not fit this robot's lamps.
+    """
+    table = robot.leds
+    channels = _channels_set(table, command) if table else None
+    if table is None or not channels:
+        return None
+    lamps: dict[str, object] = {}
+    for group in table.groups:
+        values = {bit: channels.pop(bit) for bit in group.bits if bit in channels}
+        if values:
+            lamps[group.name] = _shown(group, values)
+    return None if channels else lamps
+
+
+def _channels_set(table: LedTable, command: Command) -> dict[int, int] | None:
+    """Return channel -> brightness, None where the command is not one of these lamps or does not fit them."""
+    payload = command.payload
+    if not table.mask_bytes:
+        for group in table.groups:
+            if (table.did, group.cid) == command[:2]:
+                fits = len(group.bits) <= len(payload) <= len(group.bits) + len(group.tail)
+                return dict(zip(group.bits, payload, strict=False)) if fits else None
+        return None
+    if (table.did, table.cid) != command[:2]:
+        return None
+    mask, values = int.from_bytes(payload[: table.mask_bytes], "big"), payload[table.mask_bytes :]
+    bits = [bit for bit in range(8 * table.mask_bytes) if mask >> bit & 1]
+    fits = len(payload) > table.mask_bytes and len(bits) == len(values)
+    return dict(zip(bits, values, strict=True)) if fits else None
+
+
+def _shown(group: LedGroup, values: Mapping[int, int]) -> object:
+    """Return the channels of one lamp as one value."""
+    if len(group.bits) == 1:
+        return values[group.bits[0]]
+    if len(values) == len(group.bits):
+        return bytes(values.values()).hex()
+    names = dict(zip(group.bits, CHANNELS, strict=True))
+    return " ".join(f"{names[bit]} {value}" for bit, value in values.items())
 
 
 def _channels(table: LedTable, wanted: Mapping[str, Colour], *, off: bool) -> dict[int, int]:

@@ -28,15 +28,16 @@ class CommandRow(NamedTuple):
         name: dotted name, ``power.get_battery_percentage``.
         kind: command or notification.
         risk: the class of executing it.
-        request: the layout of its argument bytes, None where unknown.
-        response: the layout of its answer (of the notification's payload), None where unknown.
+        request: the layout of its argument bytes, None where unknown; with variants where lengths differ.
+        response: the layout of its answer (of the notification's payload), likewise.
         nodes: robot key -> node numbers that serve it there; an empty tuple where the node is not known.
-        sources: where it is known from: ``spherov2``, ``sdk``, ``spherojs``, ``pysphero``, ``capture``,
-            ``reference``, ``api`` (the maker's description of V1); ``assumed`` where one of the robots is
-            listed only because its relatives are.
+        sources: where it is known from, keys of ``provenance.SOURCES``; ``provenance.sources_for`` says
+            which of them name a robot.
         aliases: the names other sources use, without the device name.
         sample: argument bytes with which a sweep asks a read; None: zeros of the request's length.
         note: one remark for ``explain``, or empty.
+        enabled_by: name of the command that makes a robot send this notification, empty where none is known.
+        since: the firmware version that has it first, empty where no source says.
     """
 
     generation: Generation
@@ -52,6 +53,8 @@ class CommandRow(NamedTuple):
     aliases: tuple[str, ...] = ()
     sample: bytes | None = None
     note: str = ""
+    enabled_by: str = ""
+    since: str = ""
 
 
 class LedGroup(NamedTuple):

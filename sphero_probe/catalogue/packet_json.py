@@ -2,6 +2,7 @@
 
 from typing import assert_never
 
+from sphero_probe.catalogue.leds import leds_set
 from sphero_probe.catalogue.meaning import packet_meaning
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.streams import StreamDecoder
@@ -33,7 +34,8 @@ def packet_json(
     - ``target``, ``source``: address bytes, as integers
     - ``name``: as the catalogue knows it
     - ``fields``, ``units``: the decoded payload, by the catalogue's layout or, for a sensor stream, by the
-      masks that were set
+      masks or the services that were set
+    - ``leds``: those that a command sets, lamp name -> colour, where the robot is known
     - ``payload``, ``raw``: the data bytes and the whole frame, in lower-case hex
     - ``note``: what does not fit the layout
     - ``reason``: why bytes are malformed; they have ``generation``, ``kind`` and ``raw`` besides
@@ -46,6 +48,7 @@ def packet_json(
         streams: what reads the robot's sensor streams, None where nobody followed its commands.
     """
     keys: dict[str, object]
+    lamps = None
     match packet:
         case Malformed(raw=held, reason=reason):
             return {
@@ -56,6 +59,7 @@ def packet_json(
             }
         case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
             keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
+            lamps = leds_set(robot, packet.command) if robot else None
         case Response(seq, code, payload, did, cid, source, target):
             keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
             keys["code_name"] = CODECS[generation].code_name(code)
@@ -70,6 +74,7 @@ def packet_json(
         "name": known.name if known else None,
         "fields": decoded.fields if decoded else None,
         "units": decoded.units or None if decoded else None,
+        "leds": lamps,
         "payload": payload.hex(),
         "raw": raw.hex(),
         "note": decoded.problem or None if decoded else None,

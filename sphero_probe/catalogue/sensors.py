@@ -1,13 +1,22 @@
-"""What the numbers of a sensor stream are: the masks that were set and a payload come in, named values out.
+"""Names the numbers of a sensor stream, by the masks that were set.
 
 A stream carries one number per sensor whose bit is set, the highest bit first, those of the extended mask
-behind the others [code, vendor].
+behind the others [code, vendor]. So a number has a name only while the meaning of every bit before it is
+known: behind an unknown bit, and in a payload of an unexpected length, numbers stay numbers.
+
+Some bits have two meanings, depending on the source. Here the maker's tables (iOS SDK, JavaScript SDK) count:
+
+- V1 bits 6 and 5: the right and the left motor; spherov2 has them the other way round.
+- V2 gyroscope: bits 12-10 of the mask in the maker's apps for Mini and the droids, bits 25-23 of the extended
+  mask in the apps for BOLT. spherov2 asks every robot by the extended ones. So Mini and the droids have both
+  here, BOLT and BOLT+ have the extended ones, and for an unknown robot either may be meant.
 """
 
 from functools import cache
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.commands import rows_of
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.payload.layout import Decoded, Layout
 from sphero_probe.protocol.packets import Command, Generation
 
@@ -19,11 +28,13 @@ class Sensor(NamedTuple):
         bit: its place in its mask, 0-31.
         extended: its mask is the extended one.
         field: how its number is written, as a word of a layout: ``pitch:i16[deg]``.
+        robots: the keys of the robots whose bit means this; empty for all of the generation.
     """
 
     bit: int
     extended: bool
     field: str
+    robots: frozenset[str] = frozenset()
 
 
 class Masks(NamedTuple):
@@ -38,9 +49,17 @@ class Masks(NamedTuple):
     extended: int = 0
 
 
-def _sensors(mask: dict[int, str], extended: dict[int, str]) -> tuple[Sensor, ...]:
+_MINI_GENERATION: Final = frozenset(("mini", "r2d2", "r2q5", "bb9e", "lmq"))
+
+
+def _sensors(
+    mask: dict[int, str],
+    extended: dict[int, str],
+    robots: dict[int, frozenset[str]] = {},  # noqa: B006 - never changed
+) -> tuple[Sensor, ...]:
+    """Make the sensors in the order of the wire; ``robots`` are those of bits of the mask."""
     return tuple(
-        Sensor(bit, further, field)
+        Sensor(bit, further, field, frozenset() if further else robots.get(bit, frozenset()))
         for further, fields in ((False, mask), (True, extended))
         for bit, field in sorted(fields.items(), reverse=True)
     )
@@ -55,6 +74,9 @@ SENSORS: Final[dict[Generation, tuple[Sensor, ...]]] = {
             28: "gyroscope_raw_x:i16",
             27: "gyroscope_raw_y:i16",
             26: "gyroscope_raw_z:i16",
+            25: "magnetometer_raw_x:i16",
+            24: "magnetometer_raw_y:i16",
+            23: "magnetometer_raw_z:i16",
             22: "back_emf_raw_right:i16",
             21: "back_emf_raw_left:i16",
             20: "pwm_raw_left:i16",
@@ -68,8 +90,11 @@ SENSORS: Final[dict[Generation, tuple[Sensor, ...]]] = {
             12: "gyroscope_x:i16/10[deg/s]",
             11: "gyroscope_y:i16/10[deg/s]",
             10: "gyroscope_z:i16/10[deg/s]",
-            6: "back_emf_left:i16",  # spherov2; in the maker's tables 6 is the right motor, 5 the left
-            5: "back_emf_right:i16",
+            9: "magnetometer_x:i16",
+            8: "magnetometer_y:i16",
+            7: "magnetometer_z:i16",
+            6: "back_emf_right:i16",
+            5: "back_emf_left:i16",
         },
         {
             31: "quaternion_x:i16/10000",
@@ -96,6 +121,9 @@ SENSORS: Final[dict[Generation, tuple[Sensor, ...]]] = {
             15: "accelerometer_x:f32[g]",
             14: "accelerometer_y:f32[g]",
             13: "accelerometer_z:f32[g]",
+            12: "gyroscope_x:f32[deg/s]",
+            11: "gyroscope_y:f32[deg/s]",
+            10: "gyroscope_z:f32[deg/s]",
             9: "accel_one:f32",
             6: "locator_x:f32",
             5: "locator_y:f32",
@@ -111,12 +139,20 @@ SENSORS: Final[dict[Generation, tuple[Sensor, ...]]] = {
             23: "gyroscope_z:f32[deg/s]",
             18: "ambient_light:f32",
         },
+        dict.fromkeys((12, 11, 10), _MINI_GENERATION),
     ),
 }
 """Every known sensor in the order of the wire, per generation.
 
-The raw ones of V1 stand in the maker's tables only.
+The raw ones of V1 and its magnetometer stand in the maker's tables only.
 """
+
+_RAW: Final = {Generation.V1: Layout("values:i16*"), Generation.V2: Layout("values:f32*")}
+"""The numbers of a stream of which nothing is known, per generation."""
+_WIDTH: Final = {Generation.V1: 2, Generation.V2: 4}
+"""Bytes of one number."""
+_SEVERAL_FRAMES: Final = {Generation.V1}
+"""The generations that put several frames into one notification."""
 
 STREAM_IDS: Final[dict[Generation, tuple[int | None, int]]] = {
     Generation.V1: (None, 0x03),
@@ -148,39 +184,111 @@ def masks_after(generation: Generation, masks: Masks, command: Command) -> Masks
     return masks._replace(**{mask: value for mask, value in values.items() if isinstance(value, int)})
 
 
-def streaming_fields(generation: Generation, masks: Masks, payload: bytes) -> Decoded:
+def sensors_of(generation: Generation, robot: Robot | None) -> tuple[Sensor, ...]:
+    """Return the sensors that a robot's bits mean, in the order of the wire; for None, of any robot."""
+    return _sensors_of(generation, robot.key if robot else "")
+
+
+def unknown_bits(generation: Generation, masks: Masks, robot: Robot | None = None) -> Masks:
+    """Return the bits that are set and mean no known sensor of this robot."""
+    known = Masks()
+    for sensor in sensors_of(generation, robot):
+        bit = 1 << sensor.bit
+        known = Masks(known.mask | (not sensor.extended) * bit, known.extended | sensor.extended * bit)
+    return Masks(masks.mask & ~known.mask, masks.extended & ~known.extended)
+
+
+def streaming_fields(
+    generation: Generation, masks: Masks, payload: bytes, robot: Robot | None = None
+) -> Decoded:
     """Take the payload of a streaming notification apart; whatever the bytes are, this never raises.
 
     Args:
         generation: the protocol it came by.
         masks: the masks that were set when it was sent.
         payload: of the notification with ``STREAM_IDS``.
+        robot: whose bits they are, None where that is not known.
 
     Returns:
-        Sensor name -> value; where the payload holds several frames, sensor name -> list of values, the
-        oldest first. What is left of a payload that is no whole number of frames is its ``rest``.
+        Sensor name -> value; where a V1 payload holds several frames, sensor name -> list of values, the
+        oldest first. Numbers without a certain name are listed in ``values``, in the order of the wire, and
+        ``problem`` says why: which bits are unknown, or which length was expected.
     """
-    layout = stream_layout(generation, masks)
+    unknown = unknown_bits(generation, masks, robot)
+    if any(unknown):
+        return _behind_unknown_bits(generation, masks, payload, robot, unknown)
+    layout = stream_layout(generation, masks, robot)
     size = layout.minimum_length
-    count = len(payload) // size if size else 0
-    if count < 2:
+    if not size:
+        return _raw(generation, payload, "no sensor was asked for" if payload else "")
+    count, surplus = divmod(len(payload), size)
+    if surplus or not count or (count > 1 and generation not in _SEVERAL_FRAMES):
+        return _raw(generation, payload, f"{len(payload)} bytes, a frame of these sensors has {size}")
+    if count == 1:
         return layout.decode(payload)
-    frames = [layout.decode(payload[at : at + size]) for at in range(0, count * size, size)]
-    rest = payload[count * size :]
-    return Decoded(
-        {name: [frame.fields[name] for frame in frames] for name in frames[0].fields},
-        frames[0].units,
-        rest,
-        f"{len(rest)} bytes behind {count} frames of {size} bytes" if rest else "",
+    frames = [layout.decode(payload[at : at + size]) for at in range(0, len(payload), size)]
+    fields: dict[str, object] = {name: [frame.fields[name] for frame in frames] for name in frames[0].fields}
+    return Decoded(fields, frames[0].units, b"", "")
+
+
+def stream_layout(generation: Generation, masks: Masks, robot: Robot | None = None) -> Layout:
+    """Return the layout of one frame as far as it is known: bits of no known sensor are left out."""
+    return _stream_layout(generation, masks, robot.key if robot else "")
+
+
+def _behind_unknown_bits(
+    generation: Generation, masks: Masks, payload: bytes, robot: Robot | None, unknown: Masks
+) -> Decoded:
+    """Decode what comes before the first unknown bit, if the payload is one frame; the rest are numbers."""
+    words = [f"{1 << bit:#010x}" for bit in _bits(unknown.mask)]
+    words += [f"{1 << bit:#010x} of the extended mask" for bit in _bits(unknown.extended)]
+    problem = f"unknown sensor bit {', '.join(words)}"
+    width = _WIDTH[generation]
+    named = len(stream_layout(generation, masks, robot).fields)
+    lengths = {named * width, (named + len(words)) * width}
+    certain = Masks(masks.mask >> unknown.mask.bit_length() << unknown.mask.bit_length())
+    if not unknown.mask:
+        highest = unknown.extended.bit_length()
+        certain = Masks(masks.mask, masks.extended >> highest << highest)
+    head = stream_layout(generation, certain, robot)
+    if not head.fields or len(payload) not in lengths:
+        return _raw(generation, payload, problem)
+    decoded = head.decode(payload[: head.minimum_length])
+    rest = _raw(generation, payload[head.minimum_length :], problem)
+    return rest._replace(fields=decoded.fields | rest.fields, units=decoded.units)
+
+
+def _bits(mask: int) -> list[int]:
+    """Return the numbers of the bits that are set, the highest first."""
+    return [bit for bit in range(31, -1, -1) if mask >> bit & 1]
+
+
+def _raw(generation: Generation, payload: bytes, problem: str) -> Decoded:
+    """Return a payload as numbers without names."""
+    if not payload:
+        return Decoded({}, {}, b"", problem)
+    whole = len(payload) // _WIDTH[generation] * _WIDTH[generation]
+    return Decoded(_RAW[generation].decode(payload[:whole]).fields, {}, payload[whole:], problem)
+
+
+@cache
+def _sensors_of(generation: Generation, key: str) -> tuple[Sensor, ...]:
+    return tuple(
+        sensor for sensor in SENSORS[generation] if not (key and sensor.robots) or key in sensor.robots
     )
 
 
 @cache
-def stream_layout(generation: Generation, masks: Masks) -> Layout:
-    """Return the layout of one frame; bits of no known sensor are taken to send nothing."""
-    chosen = (
-        sensor.field
-        for sensor in SENSORS[generation]
+def _stream_layout(generation: Generation, masks: Masks, key: str) -> Layout:
+    chosen = [
+        sensor
+        for sensor in _sensors_of(generation, key)
         if (masks.extended if sensor.extended else masks.mask) >> sensor.bit & 1
+    ]
+    plain = {sensor.field for sensor in chosen if not sensor.extended}
+    return Layout(
+        " ".join(
+            f"extended_{sensor.field}" if sensor.extended and sensor.field in plain else sensor.field
+            for sensor in chosen
+        )
     )
-    return Layout(" ".join(chosen))

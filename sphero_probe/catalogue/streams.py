@@ -1,11 +1,18 @@
 """Reads sensor streams: follows which sensors a robot was told to send, and names the numbers that it sends.
 
 The payload of a streaming notification does not say which sensors its numbers come from; the last command
-that set the masks does.
+that set the masks does, or the one that configured a streaming service of RVR.
 """
 
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.payload.layout import Decoded
 from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, masks_after, streaming_fields
+from sphero_probe.catalogue.streaming_services import (
+    DELIVER,
+    Configurations,
+    configured_after,
+    delivered_fields,
+)
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
     Command,
@@ -25,19 +32,25 @@ class StreamDecoder:
     (``observe``). Before the first of them, nothing is known to be streamed.
     """
 
-    def __init__(self, generation: Generation) -> None:
+    def __init__(self, generation: Generation, robot: Robot | None = None) -> None:
         """Begin with a robot that streams nothing.
 
         Args:
             generation: the protocol that it speaks.
+            robot: the model, whose bits of a mask count; None where it is not known.
         """
         self._codec = CODECS[generation]
+        self._robot = robot
         self._masks = Masks()
+        self._configured: Configurations = {}
         self._asked: dict[int, Command] = {}
 
     def executed(self, command: Command) -> None:
-        """Take in that the robot executed a command; one that sets no masks changes nothing."""
-        self._masks = masks_after(self._codec.generation, self._masks, command)
+        """Take in that the robot executed a command; one that sets no masks or services changes nothing."""
+        generation = self._codec.generation
+        self._masks = masks_after(generation, self._masks, command)
+        if generation is Generation.V2:
+            self._configured = configured_after(self._configured, command)
 
     def observe(self, packet: Packet) -> None:
         """Take in a packet of recorded traffic, in the order in which the packets were sent.
@@ -60,11 +73,14 @@ class StreamDecoder:
         """Return what a streaming notification says; whatever the bytes are, this never raises.
 
         Returns:
-            The numbers by sensor, as ``streaming_fields`` gives them; None for any other notification, and
-            where no sensor is known to be streamed.
+            The numbers by sensor, as ``streaming_fields`` or ``delivered_fields`` gives them; None for any
+            other notification, and where no sensor is known to be streamed.
         """
         generation = self._codec.generation
-        if (notification.did, notification.cid) != STREAM_IDS[generation]:
+        pair = (notification.did, notification.cid)
+        if pair == DELIVER and generation is Generation.V2:
+            return delivered_fields(self._configured, notification.payload, notification.source)
+        if pair != STREAM_IDS[generation] or not any(self._masks):
             return None
-        decoded = streaming_fields(generation, self._masks, notification.payload)
+        decoded = streaming_fields(generation, self._masks, notification.payload, self._robot)
         return decoded if decoded.fields else None

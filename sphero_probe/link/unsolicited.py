@@ -26,7 +26,7 @@ def describe_unsolicited(
         listener: called with each notification, late response or malformed frame, and its description.
     """
     robot, codec = link.policy.robot, link.codec
-    streams = StreamDecoder(codec.generation)
+    streams = StreamDecoder(codec.generation, robot)
 
     def follow(command: Command, code: int) -> None:
         if codec.verdict(code) is Verdict.OK:

@@ -74,6 +74,7 @@ class Engine:
     _executions: Executions = field(init=False)
     _calibrator: Calibrator = field(init=False)
     _notes: list[Note] = field(default_factory=list)
+    _firmware: dict[str, str] = field(default_factory=dict)
     _strays: list[Unsolicited] = field(default_factory=list)
     _incomplete: bool = False
 
@@ -148,11 +149,10 @@ class Engine:
         for target in self.earlier.lenient:
             self.link.policy.length_checks.distrust(target)
         wanted = self._calibrator.look_through(probes, 1, self.earlier.findings)
-        firmware: dict[str, str] = {}
 
         async def begin() -> None:
-            firmware.update(await introduce(self._line, self.target, self.on_step, self._strays))
-            self._line.expect_firmware(firmware)
+            self._firmware.update(await introduce(self._line, self.target, self.on_step, self._strays))
+            self._line.expect_firmware(self._firmware)
             await self._calibrator.measure(wanted)
             for target in wanted.nodes or {self.target: ()}:
                 await self._pipeline.health.passes(target)
@@ -164,7 +164,7 @@ class Engine:
             robot=robot.key if robot else "",
             model=robot.name if robot else "unknown model",
             device=self.device,
-            firmware=firmware,
+            firmware=dict(self._firmware),
             plan=self.plan.name,
             tool_version=__version__,
             consent=self.link.policy.consent.words,
@@ -261,13 +261,15 @@ class Engine:
     def _finding(self, settled: SettledProbe) -> Finding:
         """Return the finding of a settled probe; doubt makes it inconclusive."""
         probe, result, doubt, _ = settled
-        command = probe.command
+        command, robot = probe.command, self.link.policy.robot
         finding = finding_of(
             probe,
             result,
             self.link.codec,
             masked=self._prober.masks(command.target),
             device=self._prober.devices.get((command.target, command.did)),
+            robot=robot,
+            firmware=self._firmware.get(node_name(command.target, robot), ""),
         )
         if probe.number in self._executions.numbers:
             finding = finding._replace(note="executed: it accepted this length")

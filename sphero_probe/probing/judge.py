@@ -2,7 +2,9 @@
 
 from typing import Final, NamedTuple, assert_never
 
-from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.model import Kind, Robot
+from sphero_probe.catalogue.provenance import absence_note
+from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.policy import is_impossible
@@ -31,7 +33,7 @@ _MASKED: Final = "commands that cannot exist get the same answer"
 _UNCONFIRMED: Final = f"documented, not confirmed: {_MASKED}"
 _BY_VERDICT: Final[dict[Verdict, Judgement]] = {
     Verdict.OK: Judgement(Outcome.EXISTS),
-    Verdict.NOT_IMPLEMENTED: Judgement(Outcome.EXISTS, note="a stub"),
+    Verdict.NOT_IMPLEMENTED: Judgement(Outcome.EXISTS, note="a stub or null handler"),
     Verdict.RESTRICTED: Judgement(Outcome.EXISTS, note="not in this state or mode"),
     Verdict.BAD_LENGTH: Judgement(Outcome.EXISTS),
     Verdict.FAILED: Judgement(Outcome.EXISTS, note="ran and failed"),
@@ -51,6 +53,7 @@ def judge(
     codec: Codec,
     *,
     known: bool = False,
+    reading: bool = False,
     masked: bool = False,
     device: DeviceProfile | None = None,
 ) -> Judgement:
@@ -62,6 +65,7 @@ def judge(
         exchange: how asking ended.
         codec: whose codes the answer carries.
         known: the catalogue knows the command.
+        reading: its answer is known to carry data.
         masked: the node may answer "bad length" to commands that do not exist; counts where the device was
             not measured.
         device: what calibration measured in the command's device, None where it did not.
@@ -82,6 +86,8 @@ def judge(
                 masked = masked and verdict is Verdict.BAD_LENGTH
             if masked:
                 return Judgement(Outcome.INCONCLUSIVE, note=_UNCONFIRMED if known else _MASKED)
+            if verdict is Verdict.OK and reading and not response.payload:
+                return Judgement(Outcome.EXISTS, note="accepted; the reading may come as a notification")
             return _BY_VERDICT[verdict]
         case Silent(command=command):
             length = len(command.payload)
@@ -112,6 +118,8 @@ def finding_of(
     *,
     masked: bool = False,
     device: DeviceProfile | None = None,
+    robot: Robot | None = None,
+    firmware: str = "",
 ) -> Finding:
     """Return the finding of a probe.
 
@@ -121,10 +129,15 @@ def finding_of(
         codec: whose codes the answer carries.
         masked: see ``judge``.
         device: see ``judge``.
+        robot: the model that was asked; what is known of it stands beside a command that it does not have.
+        firmware: the version of the node that was asked, empty where it is not known.
     """
     exchange, attempts = tried
     known = asked.knowledge is not None and asked.knowledge.kind is Kind.COMMAND
-    judgement = judge(exchange, codec, known=known, masked=masked, device=device)
+    layout = asked.knowledge.response if asked.knowledge and known else None
+    reading = layout is not None and layout.minimum_length > 0 and asked.risk is Risk.READ
+    judgement = judge(exchange, codec, known=known, reading=reading, masked=masked, device=device)
+    is_missing = judgement.outcome is Outcome.ABSENT and not judgement.note  # the command, not the node
     return Finding(
         asked.number,
         asked.command,
@@ -135,5 +148,5 @@ def finding_of(
         asked.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         attempts,
-        judgement.note,
+        absence_note(asked.knowledge, robot, firmware) if is_missing else judgement.note,
     )

@@ -55,17 +55,18 @@ class _Sound(NamedTuple):
     kinds: list[Kind]
 
 
-class _Waiting(NamedTuple):
-    """Perhaps a frame: up to where bytes are needed to tell."""
-
-    need: int
-
-
 class _Spoilt(NamedTuple):
     """No frame: where it would have ended, and what is wrong."""
 
     end: int
     reason: str
+
+
+class _Waiting(NamedTuple):
+    """Perhaps a frame: up to where bytes are needed to tell, and what is wrong with a shorter reading."""
+
+    need: int
+    shorter: _Spoilt | None = None
 
 
 def frame(sop2: int, body: bytes) -> bytes:
@@ -135,10 +136,8 @@ class Deframer:
                 if not quiet:
                     need = verdict.need
                     break
-                verdict = _Spoilt(
-                    len(data),
-                    f"the line went quiet inside a frame: {len(data) - at} of {verdict.need - at} bytes",
-                )
+                verdict = self._give_up_on(verdict, data, at)
+                waiting = verdict.end == len(data)
             if isinstance(verdict, _Sound):
                 if at > told:
                     packets += _noise(data[told:at], reason)
@@ -165,6 +164,14 @@ class Deframer:
         self._need = max(need - told, 0)
         return packets
 
+    def _give_up_on(self, waiting: _Waiting, data: bytes, at: int) -> _Spoilt:
+        """Say what is wrong with a frame that did not end: it did, damaged, where another one follows."""
+        shorter = waiting.shorter
+        if shorter and (shorter.end == len(data) or self._start.match(data, shorter.end)):
+            return shorter
+        missing = f"{len(data) - at} of {waiting.need - at} bytes"
+        return _Spoilt(len(data), f"the line went quiet inside a frame: {missing}")
+
     def _judge(self, data: bytes, at: int, limit: int) -> _Sound | _Waiting | _Spoilt:
         """Tell what begins at a start, from the bytes before ``limit``; the nearest end is tried first."""
         if limit - at < MIN_FRAME:
@@ -185,13 +192,12 @@ class Deframer:
             ends.sort(key=_END)
         for end, kind in ends:
             if end > limit:
-                return _Waiting(end)
+                nearest = ends[0][0]
+                return _Waiting(end, _wrong_checksum(data, at, nearest) if nearest < end else None)
             if _adds_up(data[at + 2 : end]):
                 fitting = [kind] if len(ends) == 1 else [other for its, other in ends if its == end]
                 return _new(_Sound, (end, fitting))
-        end = ends[0][0]
-        expected = ~sum(data[at + 2 : end - 1]) & 0xFF
-        return _Spoilt(end, f"checksum 0x{data[end - 1]:02x}, expected 0x{expected:02x}")
+        return _wrong_checksum(data, at, ends[0][0])
 
     def _start_inside(self, data: bytes, at: int, end: int, *, sound_only: bool) -> int | None:
         """Return the next start within a false frame that holds a frame, or reaches out of it and so may."""
@@ -200,6 +206,11 @@ class Deframer:
             if isinstance(verdict, _Sound) or (isinstance(verdict, _Waiting) and not sound_only):
                 return at
         return None
+
+
+def _wrong_checksum(data: bytes, at: int, end: int) -> _Spoilt:
+    expected = ~sum(data[at + 2 : end - 1]) & 0xFF
+    return _Spoilt(end, f"checksum 0x{data[end - 1]:02x}, expected 0x{expected:02x}")
 
 
 def _adds_up(checked: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""Values of rows in words: what JSON holds comes in, raw text as people read it comes out.
+"""Puts the values of rows into words: raw text as people read it.
 
 Every function takes whatever a row may hold, also what an untrusted file put there.
 """
@@ -6,6 +6,7 @@ Every function takes whatever a row may hold, also what an untrusted file put th
 import re
 from collections.abc import Mapping
 
+from sphero_probe.catalogue.provenance import ASSUMED, ONE_UNTESTED_SOURCE, UNTESTED
 from sphero_probe.reports.ids import spans
 
 Data = Mapping[str, object]
@@ -94,8 +95,13 @@ def outcome(data: Data) -> str:
 
 
 def content(data: Data) -> str:
-    """Return what the payload says: the fields where they are known, its bytes otherwise."""
-    return fields(data) or spaced_hex(data.get("payload"))
+    """Return what the payload says: LEDs and fields where they are known, its bytes otherwise."""
+    return leds(data) or fields(data) or spaced_hex(data.get("payload"))
+
+
+def leds(data: Data) -> str:
+    """Return the LEDs that a command sets: ``front ff0000, back 0000ff``; empty for other packets."""
+    return shown(data.get("leds"))
 
 
 def answer(data: Data) -> str:
@@ -140,6 +146,81 @@ def robots(value: object) -> str:
         f"{key}:{','.join(map(str, nodes))}" if isinstance(nodes, list) and nodes else str(key)
         for key, nodes in value.items()
     )
+
+
+def weak_provenance(data: Data) -> str:
+    """Return the robots that no tested source names: ``bolt-plus: reported by one untested source``."""
+    sources = data.get("provenance")
+    weak: dict[str, list[str]] = {}
+    for key, names in sources.items() if isinstance(sources, dict) else ():
+        words = {shown(name) for name in names} if isinstance(names, list) else set()
+        if words and words <= UNTESTED:
+            weak.setdefault(ONE_UNTESTED_SOURCE, []).append(shown(key))
+        elif words == {"assumed"}:
+            weak.setdefault(ASSUMED, []).append(shown(key))
+    return "; ".join(f"{' '.join(keys)}: {why}" for why, keys in weak.items())
+
+
+def firmware(data: Data) -> str:
+    """Return on which firmware a command was reported: ``rvr 8.3.432: answers (source)``."""
+    seen = data.get("firmware")
+    return "; ".join(
+        f"{shown(one.get('robot'))} {shown(one.get('firmware'))}: "
+        f"{'answers' if one.get('exists') else 'no such command'} ({shown(one.get('source'))})"
+        for one in (seen if isinstance(seen, list) else ())
+        if isinstance(one, dict)
+    )
+
+
+def sightings(value: object) -> str:
+    """Return the same for scripts: ``rvr@8.3.432:1=exists``, one word each."""
+    return " ".join(
+        f"{shown(one.get('robot'))}@{shown(one.get('firmware'))}"
+        f"{':' + shown(one.get('node')) if one.get('node') is not None else ''}"
+        f"={'exists' if one.get('exists') else 'absent'}"
+        for one in (value if isinstance(value, list) else ())
+        if isinstance(one, dict)
+    )
+
+
+def provenance(value: object) -> str:
+    """Return the sources per robot for scripts: ``bolt:spherov2 bolt-plus:reference,unsw``."""
+    return " ".join(
+        f"{shown(key)}:{','.join(map(shown, names if isinstance(names, list) else []))}"
+        for key, names in (value.items() if isinstance(value, dict) else ())
+    )
+
+
+def catalogue_remark(data: Data) -> str:
+    """Return why a command may not be there: firmware that lacks it, an untested source."""
+    seen = data.get("firmware")
+    lacks = [
+        f"{shown(one.get('robot'))} {shown(one.get('firmware'))}"
+        for one in (seen if isinstance(seen, list) else ())
+        if isinstance(one, dict) and not one.get("exists")
+    ]
+    sources = data.get("provenance")
+    untested = [
+        shown(key)
+        for key, names in (sources.items() if isinstance(sources, dict) else ())
+        if isinstance(names, list) and names and UNTESTED.issuperset(map(shown, names))
+    ]
+    words = [f"absent on {', '.join(lacks)}"] if lacks else []
+    words += [f"{' '.join(untested)} {ONE_UNTESTED_SOURCE}"] if untested else []
+    return "; ".join(words)
+
+
+def channels(data: Data) -> str:
+    """Return the channels of a lamp with their bits: ``red 0, green 1, blue 2``."""
+    return shown(data.get("channels"))
+
+
+def switch(data: Data) -> str:
+    """Return what makes a robot send a notification, and the first firmware that has it."""
+    words = [shown(data.get("enabled_by"))]
+    if since := shown(data.get("since")):
+        words.append(f"firmware {since} or later")
+    return ", ".join(filter(None, words))
 
 
 def layout(value: object) -> str:

@@ -1,4 +1,4 @@
-"""Records of every layer come in, rows come out: JSON-able, keys in a fixed order, alike for every format.
+"""Turns records of every layer into rows: JSON-able, keys in a fixed order, the same for every format.
 
 In a row ids and codes are integers, bytes are lower-case hex strings without blanks, times are RFC 3339
 texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What is not known is null.
@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from sphero_probe.catalogue.meaning import answer_meaning
-from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Robot
+from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
 from sphero_probe.catalogue.packet_json import packet_json
+from sphero_probe.catalogue.proofs import PROVES
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
+from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Packet
+from sphero_probe.reports.catalogue_keys import evidence_keys, led_keys
 from sphero_probe.transports.base import Seen
 
 if TYPE_CHECKING:
@@ -30,7 +33,7 @@ class Row(NamedTuple):
 
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
-            ``command``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``.
+            ``command``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``.
         data: the values, in the order in which they are written.
     """
 
@@ -140,7 +143,10 @@ def packet_row(
 
 
 def command_row(command: CommandRow) -> Row:
-    """Return the row of a catalogue entry; ``request`` and ``response`` are layouts, null where unknown."""
+    """Return the row of a catalogue entry; ``request`` and ``response`` are layouts, null where unknown.
+
+    The further keys are those of ``evidence_keys``.
+    """
     return Row(
         "command",
         {
@@ -156,8 +162,14 @@ def command_row(command: CommandRow) -> Row:
             "sources": list(command.sources),
             "aliases": list(command.aliases),
             "note": command.note,
-        },
+        }
+        | evidence_keys(command),
     )
+
+
+def led_row(robot: Robot, group: LedGroup) -> Row:
+    """Return the row of a robot's lamp."""
+    return Row("led", led_keys(robot, group))
 
 
 def planned_row(planned: "PlannedProbe") -> Row:
@@ -187,9 +199,12 @@ def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[
     )
 
 
-def code_row(generation: Generation, code: int, name: str, meaning: str) -> Row:
-    """Return the row of an answer's code."""
-    return Row("code", {"generation": generation.value, "code": code, "name": name, "meaning": meaning})
+def code_row(generation: Generation, code: int) -> Row:
+    """Return the row of an answer's code; ``proves`` says what it tells about the command that was sent."""
+    codec = CODECS[generation]
+    verdict = codec.verdict(code)
+    data: dict[str, object] = {"generation": generation.value, "code": code, "name": codec.code_name(code)}
+    return Row("code", data | {"meaning": verdict.value, "proves": PROVES[verdict]})
 
 
 def fact_row(fact: "Fact") -> Row:

@@ -237,7 +237,7 @@ def not_shown(lines: Iterable[FindingLine], times: str) -> str:
     """Return the absent ones by code: ``Not shown: 231 x 0x02 bad command id``, empty where there is none."""
     codes = Counter(line.code or "absent" for line in lines if line.outcome == Outcome.ABSENT.value)
     counted = ", ".join(f"{count} {times} {code}" for code, count in sorted(codes.items()))
-    return f"Not shown: {counted}" if counted else ""
+    return f"Not shown: {counted} (or hidden)" if counted else ""
 
 
 def latest(findings: Iterable[Data]) -> list[Data]:

@@ -172,7 +172,7 @@ PACKETS: Final = View(
         _both("name"),
         _FIELDS,
         *_record("payload", "raw", show=spaced_hex),
-        *_record("reason", "note"),
+        *_record("reason", "note", "leds"),
         _table("Says", phrases.packet),
     ),
     "No packets.",
@@ -188,6 +188,9 @@ _COMMAND_RECORD: Final = (
     *_record("request", "response", show=phrases.layout_record),
     *_record("robots", show=phrases.robots),
     *_record("sources", "aliases", "note"),
+    *_record("provenance", show=phrases.provenance),
+    *_record("firmware", show=phrases.sightings),
+    *_record("enabled_by", "since"),
 )
 _COMMAND_TABLE: Final = (
     _PAIR,
@@ -197,7 +200,12 @@ _COMMAND_TABLE: Final = (
 
 COMMANDS: Final = View(
     "command",
-    (*_COMMAND_RECORD, *_COMMAND_TABLE, _table("Takes -> gives", phrases.exchanged)),
+    (
+        *_COMMAND_RECORD,
+        *_COMMAND_TABLE,
+        _table("Takes -> gives", phrases.exchanged),
+        _table("Remark", phrases.catalogue_remark),
+    ),
     "No known command.",
 )
 """The catalogue, a line each."""
@@ -211,6 +219,9 @@ COMMAND: Final = View(
         _table("Takes -> gives", phrases.exchanged),
         _table("Robots", lambda data: phrases.robots(data.get("robots"))),
         _table("Known from", lambda data: shown(data.get("sources"))),
+        _table("Less sure", phrases.weak_provenance),
+        _table("Firmware", phrases.firmware),
+        _table("Switched on by", phrases.switch),
         _table("Also called", lambda data: shown(data.get("aliases"))),
         _table("Note", lambda data: shown(data.get("note"))),
     ),
@@ -237,6 +248,20 @@ PLANNED: Final = View(
 )
 """What would be sent, and what would not."""
 
+LEDS: Final = View(
+    "led",
+    (
+        _both("robot", whole=True),
+        _both("name", "LED", whole=True),
+        *_record("aliases"),
+        *_record("channels"),
+        _table("Also", lambda data: shown(data.get("aliases"))),
+        _table("Channels", phrases.channels),
+    ),
+    "No LEDs are known of this robot.",
+)
+"""The LEDs of a robot, as ``led --list`` shows them."""
+
 PLANS: Final = View(
     "plan",
     (
@@ -256,6 +281,7 @@ CODES: Final = View(
         _both("code", "Code", hex_id, whole=True),
         _both("name"),
         _both("meaning"),
+        _both("proves", "What it proves"),
     ),
     "No codes.",
 )

@@ -1,4 +1,4 @@
-"""What V1 commands do beyond what their rows tell: calls go in, replies come out.
+"""What V1 commands do beyond what their rows tell.
 
 Nothing that comes over the line wakes a sleeping V1 robot: a BLE client writes to a characteristic that is
 there for it, a person touches the robot. Both are ``FakeRobot.wake``.
@@ -13,7 +13,7 @@ from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, stream_layout
 from sphero_probe.protocol.packets import Verdict
 from sphero_probe.protocol.v1 import V1
 from sphero_probe.simulator.calls import Behaviours, Call, Idleness, News, Reply, answer
-from sphero_probe.simulator.streaming import Stream, StreamRequest
+from sphero_probe.simulator.streaming import MASK_STREAM, Stream, StreamRequest
 
 INACTIVITY: Final = 600.0
 """Seconds without a command until a robot sleeps, from the factory [vendor]."""
@@ -121,12 +121,12 @@ def _level(call: Call) -> Reply:
 
 def _stream(call: Call) -> Reply:
     divisor, frames, mask, count, extended = _STREAM.unpack(call.payload.ljust(_STREAM.size, b"\0"))
-    layout = stream_layout(V1.generation, Masks(mask, extended))
+    layout = stream_layout(V1.generation, Masks(mask, extended), call.state.model)
     if layout.fields and not (divisor and 0 < frames * layout.minimum_length <= _LONGEST_MESSAGE):
         return Reply(Verdict.BAD_VALUE)
     pair = STREAM_IDS[V1.generation]
     queued = StreamRequest(call.command.node, pair, divisor * frames / SAMPLING, count, layout, frames)
-    call.state.stream = Stream(queued, seed=call.state.seed, now=call.now)
+    call.state.streams[call.command.node, MASK_STREAM] = Stream(queued, seed=call.state.seed, now=call.now)
     return Reply()
 
 

@@ -1,13 +1,16 @@
-"""What V2 commands do beyond what their rows tell: calls go in, replies come out."""
+"""What V2 commands do beyond what their rows tell."""
 
+from random import Random
 from struct import Struct
 from typing import Final
 
+from sphero_probe.catalogue import streaming_services
 from sphero_probe.catalogue.sensors import STREAM_IDS, Masks, stream_layout
 from sphero_probe.protocol.packets import Verdict
 from sphero_probe.protocol.v2 import V2
 from sphero_probe.simulator.calls import Behaviours, Call, Follow, Idleness, News, Reply, answer
-from sphero_probe.simulator.streaming import Stream, StreamRequest
+from sphero_probe.simulator.services import ServiceStream
+from sphero_probe.simulator.streaming import MASK_STREAM, Stream, StreamRequest
 
 _WAKE: Final = (0x13, 0x0D)
 _AWAKE: Final = (0x13, 0x11)
@@ -16,6 +19,8 @@ _DID_SLEEP: Final = (0x13, 0x1A)
 _SET_EXTENDED_MASK: Final = (0x18, 0x0C)
 _STREAM: Final = Struct(">HBI")
 """Interval in ms, number of samples (0: endless), mask."""
+_TEMPERATURE: Final = Struct(">Bf")
+"""Id of a sensor, degrees Celsius."""
 
 
 def _echo(call: Call) -> Reply:
@@ -54,10 +59,53 @@ def _stream(call: Call) -> Reply:
     state, node = call.state, call.command.node
     extended = int.from_bytes(state.memory.get((node, *_SET_EXTENDED_MASK), b""), "big")
     interval, count, mask = _STREAM.unpack(call.payload.ljust(_STREAM.size, b"\0"))
-    layout = stream_layout(V2.generation, Masks(mask, extended))
+    layout = stream_layout(V2.generation, Masks(mask, extended), state.model)
     queued = StreamRequest(node, STREAM_IDS[V2.generation], interval / 1000, count, layout)
-    state.stream = Stream(queued, seed=state.seed, now=call.now)
+    state.streams[node, MASK_STREAM] = Stream(queued, seed=state.seed, now=call.now)
     return Reply()
+
+
+def _configure_services(call: Call) -> Reply:
+    """Take the services of a token; real robots answer 0x06 to what they cannot stream [real]."""
+    asked = streaming_services.configuration(call.payload, call.command.node)
+    if asked.problem:
+        return Reply(Verdict.FAILED)
+    call.state.services[call.command.node, asked.token] = asked.slots
+    return Reply()
+
+
+def _start_services(call: Call) -> Reply:
+    """Stream what this node has configured; the maker's SDK starts nodes without anything, too."""
+    state, node = call.state, call.command.node
+    period = int.from_bytes(call.payload, "big") / 1000
+    _end_services(call)
+    for (owner, token), slots in state.services.items():
+        if owner == node and period:
+            state.streams[node, token] = ServiceStream(
+                node, token, slots, state.sensors, period=period, now=call.now
+            )
+    return Reply()
+
+
+def _end_services(call: Call) -> Reply:
+    for token in streaming_services.TOKENS:
+        call.state.streams.pop((call.command.node, token), None)
+    return Reply()
+
+
+def _clear_services(call: Call) -> Reply:
+    for token in streaming_services.TOKENS:
+        call.state.services.pop((call.command.node, token), None)
+    return _end_services(call)
+
+
+def _tell_temperatures(call: Call) -> Reply:
+    """Echo the ids that were asked for; a real RVR gives plausible numbers for any id [real]."""
+    temperatures = (
+        (number, round(Random(f"{call.state.seed} temperature {number}").uniform(18, 36), 2))
+        for number in call.payload
+    )
+    return Reply(payload=b"".join(_TEMPERATURE.pack(*one) for one in temperatures))
 
 
 def _save_frame(call: Call) -> Reply:
@@ -84,6 +132,11 @@ BEHAVIOURS_V2: Final = Behaviours(
         (0x13, 0x01): _sleep,
         _WAKE: _wake,
         (0x18, 0x00): _stream,
+        streaming_services.CONFIGURE: _configure_services,
+        streaming_services.START: _start_services,
+        streaming_services.STOP: _end_services,
+        streaming_services.CLEAR: _clear_services,
+        (0x18, 0x4A): _tell_temperatures,
         (0x1A, 0x30): _save_frame,
         (0x1A, 0x34): _list_frames,
         (0x1A, 0x35): _delete_frames,

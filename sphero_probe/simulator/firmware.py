@@ -1,4 +1,4 @@
-"""A firmware as a table: what the catalogue knows of a robot and a seed come in, commands per node go out."""
+"""A firmware as a table: the commands of each node, made of the catalogue and a seed."""
 
 from random import Random
 from typing import Final, NamedTuple
@@ -14,6 +14,11 @@ LONGEST: Final = 200
 
 LISTS: Final = {(0x10, 0x05), (0x10, 0x06)}
 """The commands with which a firmware tells what it has."""
+
+_WITHOUT_MATRIX: Final = "bolt-plus"
+"""It has no 8x8 matrix [reference]; a class that its package marks as untested says that it has one."""
+_MATRIX: Final = "compressed_frame_player"
+"""Part of the name of every command of the matrix."""
 
 _LENGTHS: Final[dict[tuple[int, int], tuple[int, int]]] = {(0x10, 0x00): (0, 16)}
 """Bounds that a layout cannot say: echo takes 16 bytes at most [vendor]."""
@@ -46,7 +51,8 @@ class Lengths(NamedTuple):
 
     @classmethod
     def of(cls, layout: Layout) -> "Lengths":
-        """Read them off a layout."""
+        """Read them off a layout; of several variants, a robot has the first."""
+        layout = layout.variants[0]
         if layout.fixed_length is not None:
             return cls(layout.fixed_length, layout.fixed_length)
         last = layout.fields[-1]
@@ -133,6 +139,7 @@ class Firmware:
             command
             for row in commands_of(robot)
             if row.kind is Kind.COMMAND
+            and not (_MATRIX in row.name and robot.key == _WITHOUT_MATRIX and not settings.matrix)
             and ((row.did, row.cid) not in LISTS or settings.claims is not Claims.NONE)
             for command in _from_row(row, robot)
         ]

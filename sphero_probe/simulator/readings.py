@@ -163,5 +163,5 @@ def _range(field: Field) -> tuple[float, float]:
         if part in field.name and high <= _LARGEST.get(field.type, high):
             return low, high
     low, high = _BY_UNIT.get(field.unit) or _BY_TYPE.get(field.type, (0, 0))
-    most = _LARGEST.get(field.type, math.inf) / field.scale
+    most = float(_LARGEST.get(field.type, math.inf) / field.scale)
     return max(low, least, -most), min(high, most)

@@ -1,4 +1,4 @@
-"""The fake robot: what a host writes and the time come in, what the robot says goes out when due."""
+"""The fake robot: it takes what a host writes and the time, and says what is due."""
 
 from collections.abc import Callable
 from random import Random
@@ -72,6 +72,11 @@ class FakeRobot:
         return dict(self._state.leds)
 
     @property
+    def sensors(self) -> dict[str, float]:
+        """Sensor -> the value that the streaming services deliver: ``pitch``, ``ambient_light``."""
+        return self._state.sensors
+
+    @property
     def asleep(self) -> bool:
         """It hears nothing but wake; not even that in deep sleep."""
         return self._state.asleep
@@ -132,9 +137,7 @@ class FakeRobot:
 
     def next_time(self) -> float | None:
         """Return when ``speak`` may have something again, None when only ``hear`` can bring that about."""
-        stream = self._state.stream
-        own = stream.due if stream else None
-        times = (self._radio.next_time(), self._queue.due, own, self._state.rest.due)
+        times = (self._radio.next_time(), self._queue.due, self._state.stream_due, self._state.rest.due)
         return min((time for time in times if time is not None), default=None)
 
     def _arrive(self, data: bytes, now: float) -> None:
@@ -246,10 +249,9 @@ class FakeRobot:
                 return True
 
     def _notify(self, news: News, now: float) -> None:
-        if not self.connected:
-            return
-        notification = self._style.notify(self.model.answer_style, news.node, news.pair, news.payload)
-        self._radio.send(self._codec.encode_notification(notification), now=now)
+        if self.connected:
+            notification = self._style.notify(self.model.answer_style, news.node, news.pair, news.payload)
+            self._radio.send(self._codec.encode_notification(notification), now=now)
 
     def _pass_time(self, now: float) -> None:
         """Let happen what happens by itself until ``now``, in order."""
@@ -268,10 +270,8 @@ class FakeRobot:
         self._run_stream(now)
 
     def _run_stream(self, now: float) -> None:
-        stream = self._state.stream
-        while stream and (sample := stream.sample(now=now)):
-            due, payload = sample
-            self._notify(News(stream.queued.node, stream.queued.pair, payload), due)
+        while sample := self._state.next_sample(now=now):
+            self._notify(News(sample.node, sample.pair, sample.payload), sample.sent)
 
     def _turn(self, turn: SleepEvent, now: float) -> None:
         idleness, node = self._repertoire.idleness, next(iter(self.model.nodes))

@@ -66,6 +66,7 @@ class Settings(NamedTuple):
         service: seconds that serving one command takes; None for the usual time if ``queue`` is set.
         busy: probability that a command is answered "busy" and not executed.
         sleep_after: seconds without activity until the robot sleeps; None for what its generation does.
+        matrix: a BOLT+ has the 8x8 matrix of the BOLT on its one node; other robots are as they are.
         disconnect_after: commands heard on one connection until it drops; None for a connection that lasts.
         reboot_on: (did, cid) that makes the robot start anew, whatever the payload.
         split: bytes per notification, None for as many as one BLE notification holds.
@@ -92,6 +93,7 @@ class Settings(NamedTuple):
     service: float | None = None
     busy: float = 0.0
     sleep_after: float | None = None
+    matrix: bool = False
     disconnect_after: int | None = None
     reboot_on: tuple[int, int] | None = None
     split: int | None = None
@@ -254,6 +256,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "service": _seconds,
     "busy": _probability,
     "sleep_after": _at_least("1ms"),
+    "matrix": _switch,
     "disconnect_after": _whole(1),
     "reboot_on": _pair,
     "split": _whole(1, 512),

@@ -1,18 +1,20 @@
-"""What a robot remembers: settings come in, its state goes out and changes with every executed command."""
+"""What a robot remembers; it changes with every executed command."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from sphero_probe.catalogue.model import LedTable
 from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator.firmware import Firmware
 from sphero_probe.simulator.readings import Readings
+from sphero_probe.simulator.services import steady_readings
 from sphero_probe.simulator.settings import Settings
 from sphero_probe.simulator.sleep_timer import SleepTimer
 
 if TYPE_CHECKING:
-    from sphero_probe.simulator.streaming import Stream
+    from sphero_probe.catalogue.streaming_services import Slot
+    from sphero_probe.simulator.streaming import Streaming
 
 Key = tuple[int, int, int]
 """Node, device id, command id."""
@@ -20,6 +22,22 @@ Key = tuple[int, int, int]
 _COLOURS: Final = ("red", "green", "blue")
 _SETTER_NAMES: Final = (("get_", "", "set_"), ("get_", "", "enable_"), ("get_", "_enabled", "enable_"))
 """How a getter is called before and behind its subject, and its setter before it."""
+
+
+class Sample(NamedTuple):
+    """One streamed packet.
+
+    Attributes:
+        sent: when, in seconds of the caller's clock.
+        node: the processor it comes from.
+        pair: (did, cid) of the notification.
+        payload: its data.
+    """
+
+    sent: float
+    node: int
+    pair: tuple[int | None, int]
+    payload: bytes
 
 
 class State:
@@ -37,7 +55,9 @@ class State:
         setters: key of a getter -> key of the setter whose payload it answers.
         frames: numbers of the saved animation frames.
         colour: the three bytes of the main lamp that it keeps without power, empty before any were given.
-        stream: the running sensor stream, or None.
+        streams: node and token (0 for the stream of a mask) -> the running sensor stream.
+        services: node and token -> the streaming services that were configured.
+        sensors: name -> the value that the streaming services deliver.
         rest: when it sleeps and wakes by itself.
         asleep: hears nothing but wake.
         off: in deep sleep, hears nothing any more.
@@ -57,12 +77,27 @@ class State:
         self.setters = _setters(self.firmware)
         self.frames: set[int] = set()
         self.colour = b""
-        self.stream: Stream | None = None
+        self.streams: dict[tuple[int, int], Streaming] = {}
+        self.services: dict[tuple[int, int], tuple[Slot, ...]] = {}
+        self.sensors = steady_readings(settings.seed)
         self.rest = rest
         self.asleep = False
         self.off = False
         self.in_bootloader = False
         self.booting = False
+
+    @property
+    def stream_due(self) -> float | None:
+        """When the next streamed packet is sent, None while nothing is streamed."""
+        return min((stream.due for stream in self.streams.values() if stream.due is not None), default=None)
+
+    def next_sample(self, *, now: float) -> Sample | None:
+        """Return the next streamed packet that is due by ``now``, None while there is none."""
+        due = self.stream_due
+        for stream in self.streams.values():
+            if due is not None and stream.due == due and (sample := stream.sample(now=now)):
+                return Sample(sample[0], stream.node, stream.pair, sample[1])
+        return None
 
     def light(self, channels: Iterable[int], values: Iterable[int]) -> None:
         """Give channels a brightness each, as long as there are values."""
@@ -73,12 +108,13 @@ class State:
     def fall_asleep(self, *, wakes: float | None = None) -> None:
         """Sleep until somebody wakes it, or until a time in seconds of the caller's clock."""
         self.asleep = True
-        self.stream = None
+        self.streams.clear()
         self.rest.sleep(wakes)
 
     def restart(self) -> None:
         """Lose whatever does not outlive power; what was stored for good stays."""
-        self.stream = None
+        self.streams.clear()
+        self.services.clear()
         self.leds.update(dict.fromkeys(self.leds, 0))
         commands = self.firmware.commands
         self.memory = {

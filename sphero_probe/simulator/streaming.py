@@ -1,11 +1,11 @@
-"""The sensor stream of a resting robot: what was asked for and times come in, payloads go out when due."""
+"""The sensor streams of a resting robot: what is sent when."""
 
 from random import Random
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from sphero_probe.catalogue.payload.layout import Field, Layout
 
-_AT_REST: Final[dict[str, tuple[float, float]]] = {
+AT_REST: Final[dict[str, tuple[float, float]]] = {
     "quaternion_x": (-0.02, 0.02),
     "quaternion_y": (-0.02, 0.02),
     "quaternion_z": (-0.02, 0.02),
@@ -29,6 +29,9 @@ _AT_REST: Final[dict[str, tuple[float, float]]] = {
     "gyroscope_x": (-0.5, 0.5),
     "gyroscope_y": (-0.5, 0.5),
     "gyroscope_z": (-0.5, 0.5),
+    "extended_gyroscope_x": (-0.5, 0.5),
+    "extended_gyroscope_y": (-0.5, 0.5),
+    "extended_gyroscope_z": (-0.5, 0.5),
     "gyroscope_raw_x": (-5.0, 5.0),
     "gyroscope_raw_y": (-5.0, 5.0),
     "gyroscope_raw_z": (-5.0, 5.0),
@@ -37,8 +40,31 @@ _AT_REST: Final[dict[str, tuple[float, float]]] = {
 """Sensor -> between what its reading lies; what is not listed reads zero."""
 _CLOCK: Final = "core_time"
 """The sensor that counts milliseconds up."""
-_BACKLOG: Final = 64
+BACKLOG: Final = 64
 """Packets that a robot can hold back; what is older when somebody listens again is gone."""
+
+
+MASK_STREAM: Final = 0
+"""Stands for the token of a stream that was asked for by a mask, of which a node has one."""
+
+
+class Streaming(Protocol):
+    """Anything that a robot sends at regular times."""
+
+    @property
+    def node(self) -> int:
+        """The processor it comes from."""
+
+    @property
+    def pair(self) -> tuple[int | None, int]:
+        """(did, cid) of its notifications."""
+
+    @property
+    def due(self) -> float | None:
+        """When the next one is sent, in seconds of the caller's clock; None once the last one is."""
+
+    def sample(self, *, now: float) -> tuple[float, bytes] | None:
+        """Return when the next one was due and its payload; None while nothing is due by ``now``."""
 
 
 class StreamRequest(NamedTuple):
@@ -65,12 +91,15 @@ class Stream:
     """One running stream.
 
     Attributes:
-        queued: what is streamed.
+        node: the processor it comes from.
+        pair: (did, cid) of the notifications.
         due: when the next packet is sent, in seconds of the caller's clock; None once the last one is.
     """
 
     def __init__(self, queued: StreamRequest, *, seed: int, now: float) -> None:
-        self.queued = queued
+        self._queued = queued
+        self.node = queued.node
+        self.pair = queued.pair
         self._left: int | None = queued.packets or None
         self._chance = Random(f"{seed} stream")
         self._elapsed = 0.0
@@ -80,8 +109,8 @@ class Stream:
         """Return when the next packet was due and its payload; None while nothing is due by ``now``."""
         if self.due is None or self.due > now:
             return None
-        interval, frames = self.queued.interval, self.queued.frames
-        self.due = max(self.due, now - _BACKLOG * interval)
+        interval, frames = self._queued.interval, self._queued.frames
+        self.due = max(self.due, now - BACKLOG * interval)
         sent = self.due
         if self._left is not None:
             self._left -= 1
@@ -90,10 +119,10 @@ class Stream:
 
     def _frame(self, milliseconds: float) -> bytes:
         self._elapsed += milliseconds
-        layout = self.queued.layout
+        layout = self._queued.layout
         return layout.encode({field.name: self._reading(field) for field in layout.fields})
 
     def _reading(self, field: Field) -> float:
         if field.name == _CLOCK:
             return self._elapsed
-        return self._chance.uniform(*_AT_REST.get(field.name, (0.0, 0.0)))
+        return self._chance.uniform(*AT_REST.get(field.name, (0.0, 0.0)))

@@ -27,6 +27,7 @@ from sphero_probe.catalogue import (
 )
 from sphero_probe.catalogue.model import AnswerStyle, CommandRow, Kind, Robot
 from sphero_probe.catalogue.payload.enums import VALUE_NAMES
+from sphero_probe.catalogue.provenance import SOURCES
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.protocol.packets import Generation
 from tests.support.narrowing import known
@@ -38,11 +39,8 @@ HARMLESS_IN_SPITE_OF_THE_SURVEY = {(0x10, 0x09)}
 """It only makes the robot answer with the code it is given."""
 MOVES_ON_ANOTHER_ROBOT = {(0x17, 0x25)}
 """A read on R2-D2; its severity is that of Lightning McQueen's meaning."""
-NOT_IN_THE_SURVEY = {(0x13, 0x11)}
-"""Seen in captures, in no published list."""
-
-
-SOURCES = {"spherov2", "sdk", "spherojs", "pysphero", "capture", "reference", "api", "assumed"}
+NOT_IN_THE_SURVEY = {(0x13, 0x11), (0x13, 0x1E)}
+"""Seen in captures, in no published list; sent to a Mini by the maker's app [spherov2.js]."""
 
 
 class Pair(NamedTuple):
@@ -181,7 +179,7 @@ def test_rows_are_complete(generation: Generation) -> None:
     for row in all_rows(generation) + async_rows(generation):
         assert row.generation is generation
         assert row.sources
-        assert set(row.sources) <= SOURCES
+        assert set(row.sources) <= SOURCES.keys()
         assert row.name.partition(".")[2] not in row.aliases
         assert row.kind is Kind.COMMAND or row.request is None is row.sample
         for key, nodes in row.nodes.items():

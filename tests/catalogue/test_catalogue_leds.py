@@ -3,7 +3,7 @@
 import pytest
 
 from sphero_probe.catalogue import ROBOTS, lookup
-from sphero_probe.catalogue.leds import led_commands
+from sphero_probe.catalogue.leds import led_commands, leds_set
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.protocol.packets import Command
 from tests.support.narrowing import known
@@ -82,3 +82,53 @@ def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) ->
     mask = sum(1 << bit for bit in channels).to_bytes(table.mask_bytes, "big")
     payload = mask + bytes(channels[bit] for bit in sorted(channels))
     assert led_commands(robot, {"front": RED}, off=True) == (Command(table.did, table.cid, payload),)
+
+
+@pytest.mark.parametrize(
+    ("robot", "command", "lamps"),
+    [
+        pytest.param(
+            "bolt-plus",
+            "1a 1c 3fff0000ff0000",
+            {"front": "ff0000", "back": "ff0000"},
+            id="the worked example of the description of BOLT+",
+        ),
+        pytest.param("bolt-plus", "1a 1c 3800ff00", {"back": "00ff00"}, id="its back lamp"),
+        pytest.param("bolt", "1a 1c 0580ff", {"front": "red 128 blue 255"}, id="some channels of a lamp"),
+        pytest.param("mini", "1a 0e 000103", {"aiming": 3}, id="one channel"),
+        pytest.param("mini", "1a 0e 000f01020304", {"aiming": 1, "body": "020304"}, id="two lamps"),
+        pytest.param(
+            "rvr",
+            "1a 1a 0000003f010203010203",
+            {"right_headlight": "010203", "left_headlight": "010203"},
+            id="RVR",
+        ),
+        pytest.param("bb8", "02 20 ff000001", {"main": "ff0000"}, id="V1"),
+        pytest.param("bb8", "02 20 ff0000", {"main": "ff0000"}, id="V1, not told to be kept"),
+        pytest.param("bb8", "02 21 07", {"back": 7}, id="V1 back lamp"),
+        pytest.param("bb8", "02 20 ff00", None, id="V1, too short"),
+        pytest.param("bolt", "1a 1c 3fff0000ff00", None, id="a value is missing"),
+        pytest.param("bolt", "1a 1c 3fff0000ff000000", None, id="a value too many"),
+        pytest.param("bolt", "1a 1c 40ff", None, id="a bit of no lamp"),
+        pytest.param("bolt", "1a 1c 00", None, id="an empty mask"),
+        pytest.param("bolt", "1a 1c ", None, id="no payload"),
+        pytest.param("rvr", "1a 1c 3fff0000ff0000", None, id="the command of another robot"),
+        pytest.param("bolt", "13 0d ", None, id="no lamp command"),
+        pytest.param("lmq", "1a 1c 3fff0000ff0000", None, id="no lamps known"),
+    ],
+)
+def test_leds_set(robot: str, command: str, lamps: dict[str, object] | None) -> None:
+    did, cid, payload = command.split(" ")
+    assert leds_set(ROBOTS[robot], Command(int(did, 16), int(cid, 16), bytes.fromhex(payload))) == lamps
+
+
+@pytest.mark.parametrize("robot", WITH_LAMPS)
+def test_what_is_made_of_lamps_reads_as_lamps(robot: Robot) -> None:
+    groups = known(robot.leds).groups
+    for group in groups:
+        lamps: dict[str, object] = {}
+        for command in led_commands(robot, {group.name: GREY}, off=True):
+            lamps |= known(leds_set(robot, command))
+        assert lamps.keys() == {other.name for other in groups}
+        assert lamps.pop(group.name) == ("010203" if len(group.bits) == 3 else max(GREY))
+        assert set(lamps.values()) <= {"000000", 0}

@@ -33,9 +33,9 @@ def test_decode_and_back(layout: Layout, payload: str, fields: dict[str, Any]) -
 @pytest.mark.parametrize(
     ("layout", "payload", "rest", "problem"),
     [
-        pytest.param(COLOUR, "0102", "", "short payload: blue needs 1 byte, 0 left", id="too short"),
-        pytest.param(COLOUR, "0102030405", "05", "1 byte more than the layout has", id="too long"),
-        pytest.param(VERSION, "0701", "01", "short payload: api needs 2 bytes, 1 left", id="half of it"),
+        pytest.param(COLOUR, "0102", "0102", "short payload: blue needs 1 byte, 0 left", id="too short"),
+        pytest.param(COLOUR, "0102030405", "0102030405", "1 byte more than the layout has", id="too long"),
+        pytest.param(VERSION, "0701", "0701", "short payload: api needs 2 bytes, 1 left", id="half of it"),
     ],
 )
 def test_what_does_not_fit_is_told(layout: Layout, payload: str, rest: str, problem: str) -> None:

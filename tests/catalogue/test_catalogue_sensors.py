@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.sensors import (
     SENSORS,
     STREAM_IDS,
@@ -15,6 +16,7 @@ from sphero_probe.catalogue.sensors import (
     masks_after,
     stream_layout,
     streaming_fields,
+    unknown_bits,
 )
 from sphero_probe.protocol.packets import Command, Generation
 
@@ -48,8 +50,8 @@ def numbers(*values: int) -> bytes:
                 "gyroscope_x": -1.5,
                 "gyroscope_y": 0.0,
                 "gyroscope_z": 2000.0,
-                "back_emf_left": 7,
-                "back_emf_right": 8,
+                "back_emf_right": 7,
+                "back_emf_left": 8,
             },
             id="gyroscope and motors",
         ),
@@ -116,27 +118,173 @@ def test_units_go_with_the_fields() -> None:
 
 
 @pytest.mark.parametrize(
-    ("payload", "rest", "problem"),
+    ("generation", "payload", "values", "rest", "problem"),
     [
-        pytest.param(numbers(1, 2), "", "short payload: yaw needs 2 bytes, 0 left", id="short"),
+        pytest.param(V1, numbers(1, 2), [1, 2], "", "4 bytes, a frame of these sensors has 6", id="short"),
         pytest.param(
-            numbers(1, 2, 3) + b"\7", "07", "1 byte more than the layout has", id="one frame and more"
+            V1,
+            numbers(1, 2, 3) + b"\7",
+            [1, 2, 3],
+            "07",
+            "7 bytes, a frame of these sensors has 6",
+            id="a frame and more",
         ),
         pytest.param(
+            V1,
             numbers(*range(6)) + b"\7\7",
-            "0707",
-            "2 bytes behind 2 frames of 6 bytes",
+            [0, 1, 2, 3, 4, 5, 0x707],
+            "",
+            "14 bytes, a frame of these sensors has 6",
             id="two frames and more",
+        ),
+        pytest.param(
+            V2,
+            struct.pack(">6f", *range(6)),
+            [0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
+            "",
+            "24 bytes, a frame of these sensors has 12",
+            id="V2 has one frame at a time",
+        ),
+        pytest.param(V1, b"", None, "", "0 bytes, a frame of these sensors has 6", id="nothing at all"),
+    ],
+)
+def test_numbers_of_an_unexpected_length_have_no_names(
+    generation: Generation, payload: bytes, values: list[object] | None, rest: str, problem: str
+) -> None:
+    decoded = streaming_fields(generation, Masks(ATTITUDE), payload)
+    assert decoded == ({} if values is None else {"values": values}, {}, bytes.fromhex(rest), problem)
+
+
+def test_numbers_that_nobody_asked_for_have_no_names() -> None:
+    assert streaming_fields(V1, Masks(), b"\0\1") == ({"values": [1]}, {}, b"", "no sensor was asked for")
+
+
+def test_the_motors_and_the_magnetometer_of_v1_are_those_of_the_maker() -> None:
+    """RKSetDataStreamingCommand.h of the maker's iOS SDK; sphero.js and gobot have the same motors."""
+    words = {sensor.field.partition(":")[0]: sensor.bit for sensor in SENSORS[V1] if not sensor.extended}
+    assert {
+        "back_emf_left": 0x20,
+        "back_emf_right": 0x40,
+        "magnetometer_z": 0x80,
+        "magnetometer_y": 0x100,
+        "magnetometer_x": 0x200,
+        "gyroscope_z": 0x400,
+        "gyroscope_x": 0x1000,
+        "accelerometer_x": 0x8000,
+        "yaw": 0x1_0000,
+        "pitch": 0x4_0000,
+        "back_emf_raw_left": 0x20_0000,
+        "back_emf_raw_right": 0x40_0000,
+        "magnetometer_raw_z": 0x80_0000,
+        "magnetometer_raw_y": 0x100_0000,
+        "magnetometer_raw_x": 0x200_0000,
+        "gyroscope_raw_z": 0x400_0000,
+        "accelerometer_raw_x": 0x8000_0000,
+    }.items() <= {name: 1 << bit for name, bit in words.items()}.items()
+
+
+def test_a_magnetometer_between_does_not_make_a_resting_robot_turn() -> None:
+    """Today's mistake: the numbers behind an unknown bit were named as if it sent none."""
+    masks = Masks(0x0000_03E0)
+    decoded = streaming_fields(V1, masks, numbers(100, -200, 300, 1, 2))
+    assert decoded.fields == {
+        "magnetometer_x": 100,
+        "magnetometer_y": -200,
+        "magnetometer_z": 300,
+        "back_emf_right": 1,
+        "back_emf_left": 2,
+    }
+
+
+GYROSCOPE = struct.pack(">6f", 0.25, 0.5, 1.0, -2.5, 3.0, 4.5)
+MINI_MASK = Masks(0x0000_FC00)
+"""Accelerometer and gyroscope as the maker's apps ask a Mini for them."""
+ACCELEROMETER = {"accelerometer_x": 0.25, "accelerometer_y": 0.5, "accelerometer_z": 1.0}
+
+
+@pytest.mark.parametrize("key", ["mini", "r2d2", "r2q5", "bb9e", "lmq", None])
+def test_bits_12_to_10_are_the_gyroscope_of_mini_and_the_droids(key: str | None) -> None:
+    """gyroXFilteredV2 … of the maker's Swift app template (SensorControlV2.swift) and of spherov2.js."""
+    decoded = streaming_fields(V2, MINI_MASK, GYROSCOPE, ROBOTS[key] if key else None)
+    gyroscope = {"gyroscope_x": -2.5, "gyroscope_y": 3.0, "gyroscope_z": 4.5}
+    assert decoded == (
+        ACCELEROMETER | gyroscope,
+        dict.fromkeys(ACCELEROMETER, "g") | dict.fromkeys(gyroscope, "deg/s"),
+        b"",
+        "",
+    )
+
+
+@pytest.mark.parametrize("key", ["bolt", "bolt-plus"])
+def test_on_bolt_the_same_bits_are_unknown_and_name_nothing_behind_them(key: str) -> None:
+    decoded = streaming_fields(V2, MINI_MASK, GYROSCOPE, ROBOTS[key])
+    assert decoded.fields == ACCELEROMETER | {"values": [-2.5, 3.0, 4.5]}
+    assert decoded.problem == "unknown sensor bit 0x00001000, 0x00000800, 0x00000400"
+    assert unknown_bits(V2, MINI_MASK, ROBOTS[key]) == Masks(0x1C00, 0)
+
+
+@pytest.mark.parametrize("key", ["bolt", "mini", None])
+def test_the_extended_bits_of_spherov2_are_a_gyroscope_too(key: str | None) -> None:
+    decoded = streaming_fields(V2, Masks(0, 0x0380_0000), GYROSCOPE[:12], ROBOTS[key] if key else None)
+    assert decoded.fields == {"gyroscope_x": 0.25, "gyroscope_y": 0.5, "gyroscope_z": 1.0}
+    both = streaming_fields(V2, Masks(0x1C00, 0x0380_0000), GYROSCOPE, ROBOTS["mini"])
+    assert list(both.fields) == [
+        f"{prefix}gyroscope_{axis}" for prefix in ("", "extended_") for axis in "xyz"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("masks", "payload", "fields", "problem"),
+    [
+        pytest.param(
+            Masks(ATTITUDE | 0x10),
+            numbers(1, 2, 3, 4),
+            {"pitch": 1, "roll": 2, "yaw": 3, "values": [4]},
+            "unknown sensor bit 0x00000010",
+            id="what comes before it is certain",
+        ),
+        pytest.param(
+            Masks(ATTITUDE | 0x10),
+            numbers(1, 2, 3),
+            {"pitch": 1, "roll": 2, "yaw": 3},
+            "unknown sensor bit 0x00000010",
+            id="it sends nothing",
+        ),
+        pytest.param(
+            Masks(ATTITUDE | 0x10),
+            numbers(1, 2, 3, 4, 5),
+            {"values": [1, 2, 3, 4, 5]},
+            "unknown sensor bit 0x00000010",
+            id="neither length",
+        ),
+        pytest.param(
+            Masks(ATTITUDE | 0x10),
+            numbers(*range(12)),
+            {"values": [*range(12)]},
+            "unknown sensor bit 0x00000010",
+            id="three frames of four or four of three",
+        ),
+        pytest.param(
+            Masks(0x0008_0000 | 0x10, 0x0400_0000),
+            numbers(1, 2, 3),
+            {"pwm_raw_right": 1, "values": [2, 3]},
+            "unknown sensor bit 0x00000010",
+            id="the extended ones come behind it",
+        ),
+        pytest.param(
+            Masks(0x0001_0000, 0x0400_0001),
+            numbers(1, 2, 3),
+            {"yaw": 1, "locator_y": 2, "values": [3]},
+            "unknown sensor bit 0x00000001 of the extended mask",
+            id="extended",
         ),
     ],
 )
-def test_what_is_no_whole_number_of_frames_is_told(payload: bytes, rest: str, problem: str) -> None:
-    decoded = streaming_fields(V1, Masks(ATTITUDE), payload)
-    assert (decoded.rest.hex(), decoded.problem) == (rest, problem)
-
-
-def test_numbers_of_nobody_are_told() -> None:
-    assert streaming_fields(V1, Masks(), b"\0\1").problem == "2 bytes more than the layout has"
+def test_behind_an_unknown_bit_numbers_stay_numbers(
+    masks: Masks, payload: bytes, fields: dict[str, object], problem: str
+) -> None:
+    decoded = streaming_fields(V1, masks, payload)
+    assert (decoded.fields, decoded.problem) == (fields, problem)
 
 
 @given(st.sampled_from(Generation), MASKS, st.binary(max_size=200))

@@ -40,6 +40,21 @@ EACH_V1_ROBOT = pytest.mark.parametrize("robot", [pytest.param(robot, id=robot.k
 LEAST = {0: Risk.MOTION, 1: Risk.WRITE, 2: Risk.WRITE, 3: Risk.MOTION, 4: Risk.PERSIST, 5: Risk.BRICK}
 """Severity of the survey -> the mildest class; what nobody classified is taken for the worse."""
 SURVEYED_WITHOUT_ITS_PAGE = {(0x01, 0x03)}
+NAMES_ONLY = {
+    (0x01, 0x05): "is_page_blank",
+    (0x01, 0x06): "erase_user_config",
+    (0x02, 0x45): "set_factory_device_mode",
+    (0x02, 0x71): "remove_cores",
+    (0x02, 0x72): "set_soul_unlock_flags",
+    (0x02, 0x73): "reset_soul_block",
+    (0x02, 0x75): "read_odometer",
+    (0x02, 0x90): "write_persistent_page",
+    (0x02, 0xF0): "read_soul_block",
+    (0x02, 0xF1): "soul_add_experience",
+}
+"""Ids that stand in a private header of the maker's iOS SDK alone [RKCommandList.h]."""
+MESSAGE_NAMES_ONLY = {0x20: "soul_block_data_notify", 0x21: "experience_update_notify"}
+"""The same of the asynchronous messages [RKAsyncPacketCodes.h]."""
 
 
 class Pair(NamedTuple):
@@ -88,12 +103,25 @@ def offenders(is_healthy: Callable[[Pair, CommandRow], bool]) -> list[str]:
 
 def test_the_survey_is_all_there_and_nothing_else() -> None:
     assert (len(COMMANDS), len(MESSAGES)) == (83, 18)
-    assert [(row.did, row.cid) for row in all_rows(V1)] == [(pair.did, pair.cid) for pair in COMMANDS]
-    assert [row.cid for row in async_rows(V1)] == [pair.cid for pair in MESSAGES]
+    surveyed = [row for row in all_rows(V1) if (row.did, row.cid) not in NAMES_ONLY]
+    assert [(row.did, row.cid) for row in surveyed] == [(pair.did, pair.cid) for pair in COMMANDS]
+    messages = [row.cid for row in async_rows(V1) if row.cid not in MESSAGE_NAMES_ONLY]
+    assert messages == [pair.cid for pair in MESSAGES]
     assert {row.kind for row in all_rows(V1)} == {Kind.COMMAND}
     assert {(row.did, row.kind, row.risk) for row in async_rows(V1)} == {
         (NO_DEVICE, Kind.NOTIFICATION, Risk.READ)
     }
+
+
+def test_what_only_a_header_names_is_known_and_as_dangerous_as_it_sounds() -> None:
+    rows = {(row.did, row.cid): row for row in all_rows(V1) if "iossdk" in row.sources}
+    assert {pair: row.name.partition(".")[2] for pair, row in rows.items()} == NAMES_ONLY
+    reads = {row.name for row in rows.values() if row.risk is Risk.PERSIST}
+    assert reads == {"sphero.read_odometer", "sphero.read_soul_block"}
+    assert {row.risk for row in rows.values() if row.name not in reads} == {Risk.BRICK}
+    assert all(row.request is None and row.nodes == {} and row.note for row in rows.values())
+    messages = {row.cid: row.name for row in async_rows(V1) if "iossdk" in row.sources}
+    assert messages == {cid: f"async.{name}" for cid, name in MESSAGE_NAMES_ONLY.items()}
 
 
 def test_pairs_are_no_less_dangerous_than_surveyed() -> None:
@@ -153,7 +181,8 @@ def test_every_name_of_either_client_finds_the_row(pair: Pair) -> None:
 def test_the_names_of_spherov2_are_kept_for_messages() -> None:
     assert {
         pair.cid: row.name
-        for pair, row in zip(MESSAGES, async_rows(V1), strict=True)
+        for pair in MESSAGES
+        for row in rows_of(V1, NO_DEVICE, pair.cid)
         if pair.names and row.name != f"async.{pair.names[0]}"
     } == {}
 
@@ -270,10 +299,10 @@ def test_notification_row(
         ),
         pytest.param(0x0D, "53", {"block": "53"}, {}, id="soul"),
         pytest.param(0x0E, "00020101", {"level": 2, "attribute_points": 257}, {}, id="level up"),
-        pytest.param(0x0F, "ff", {"shield": 1.0}, {}, id="shield, all"),
-        pytest.param(0x0F, "33", {"shield": 0.2}, {}, id="shield, a fifth"),
-        pytest.param(0x10, "00", {"experience": 0.0}, {}, id="XP, none"),
-        pytest.param(0x11, "66", {"boost": 0.4}, {}, id="boost, two fifths"),
+        pytest.param(0x0F, "ff", {"shield": 100.0}, {"shield": "%"}, id="shield, all"),
+        pytest.param(0x0F, "33", {"shield": 20.0}, {"shield": "%"}, id="shield, a fifth"),
+        pytest.param(0x10, "00", {"experience": 0.0}, {"experience": "%"}, id="XP, none"),
+        pytest.param(0x11, "66", {"boost": 40.0}, {"boost": "%"}, id="boost, two fifths"),
         pytest.param(0x14, "", {}, {}, id="did sleep"),
     ],
 )

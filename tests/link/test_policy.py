@@ -491,6 +491,9 @@ def test_by_default_nothing_goes_that_could_do_anything(
     rows = [row for row in meanings(*pair, robot) if row.kind is Kind.COMMAND]
     if rows and all(row.risk is Risk.READ for row in rows):
         return
+    if not rows and is_impossible_pair(*pair):
+        assert payload in (b"", bytes(11), bytes(13), bytes(40))
+        return
     assert target in strict, "nobody measured that this node refuses wrong lengths"
     assert all(row.request is not None for row in rows)
     dangerous = [row for row in rows_of(V2, *pair) if row.kind is Kind.COMMAND and row.risk > Risk.READ]

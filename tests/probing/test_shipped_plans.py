@@ -50,16 +50,23 @@ def test_a_plan_for_other_robots_says_so(cli: Cli) -> None:
     assert "meant for sphero" in ran.err
 
 
-def test_bolt_plus_shows_bad_target_for_node_0x12(cli: Cli) -> None:
-    ran = cli(
-        "sweep", "--plan", "probe_plans/bolt_plus.py", "--device", "fake:bolt-plus", "--format", "jsonl"
-    )
+@pytest.mark.parametrize(
+    ("device", "matrix"),
+    [("fake:bolt-plus", {"absent"}), ("fake:bolt-plus?matrix=1", {"exists"})],
+    ids=["as described", "with BOLT's matrix"],
+)
+def test_bolt_plus_shows_bad_target_for_node_0x12(cli: Cli, device: str, matrix: set[str]) -> None:
+    ran = cli("sweep", "--plan", "probe_plans/bolt_plus.py", "--device", device, "--format", "jsonl")
     findings = [json.loads(line) for line in ran.out.splitlines() if '"type": "finding"' in line]
     secondary = [finding for finding in findings if finding["target"] == 0x12]
     assert len(secondary) == 6
     assert {(finding["code"], finding["outcome"]) for finding in secondary} == {(9, "absent")}
     primary = [finding for finding in findings if finding["target"] == 0x11]
-    assert {finding["outcome"] for finding in primary} == {"exists", "skipped"}
+    of_matrix = {finding["cid"] for finding in secondary}
+    on_matrix = [f for f in primary if f["did"] == 0x1A and f["cid"] in of_matrix]
+    asked = [finding for finding in primary if finding["outcome"] != "skipped"]
+    assert {finding["outcome"] for finding in asked if finding in on_matrix} == matrix
+    assert {finding["outcome"] for finding in asked if finding not in on_matrix} == {"exists"}
     assert all("not asked" in finding["note"] for finding in primary if finding["outcome"] == "skipped")
 
 

@@ -88,7 +88,7 @@ from tests.support.reports_by_hand import CODEC, V2
                 "seq": 255,
                 "source": 17,
                 "name": "power.charger_state_changed_notify",
-                "fields": {"state": "charging"},
+                "fields": {},
                 "payload": "0200",
                 "note": "1 byte more than the layout has",
             },

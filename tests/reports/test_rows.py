@@ -102,11 +102,13 @@ def test_name_is_null_only_where_no_catalogue_knows_the_pair() -> None:
         pytest.param(answered(1, 0x13, 0x21, 0x00, b"\x01"), {}, "", id="layout of a notification"),
         pytest.param(
             answered(1, 0x13, 0x10, 0x00, b"\x57\x01"),
-            {"percentage": 87},
+            {},
             "1 byte more than the layout has",
             id="what does not fit is told",
         ),
-        pytest.param(answered(1, 0x13, 0x99, 0x03), {}, "a stub", id="the engine's note stays"),
+        pytest.param(
+            answered(1, 0x13, 0x99, 0x03), {}, "a stub or null handler", id="the engine's note stays"
+        ),
     ],
 )
 def test_fields_and_note(finding: Finding, fields: dict[str, int], note: str) -> None:
@@ -171,7 +173,8 @@ def test_command() -> None:
     (known,) = rows_of(V2, 0x13, 0x10)
     row = command_row(known)
     ids = ["generation", "did", "cid", "name", "kind", "risk"]
-    assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note"]
+    evidence = ["provenance", "firmware", "enabled_by", "since"]
+    assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note", *evidence]
     assert row.data["request"] == ""
     assert row.data["response"] == "percentage:u8[%]"
     assert row.data["robots"] == {key: list(nodes) for key, nodes in known.nodes.items()}
@@ -207,11 +210,12 @@ def test_small_rows() -> None:
         {"name": "power", "summary": "What", "file": str(Path("a/b.py")), "robots": ["bolt"]},
     )
     assert plan_row("power", "What", None, ()).data["file"] is None
-    assert code_row(V2, 5, "bad data length", "exists").data == {
+    assert code_row(V2, 5).data == {
         "generation": "v2",
         "code": 5,
         "name": "bad data length",
-        "meaning": "exists",
+        "meaning": "exists, length refused",
+        "proves": "the command exists and refuses this length, where only existing ones do",
     }
     assert fact_row(Fact("battery", 87, "%", "primary")).data == {
         "name": "battery",

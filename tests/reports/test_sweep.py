@@ -100,7 +100,7 @@ def test_a_whole_page() -> None:
         "6 notifications: 2 × 0x18:0x02 sensor.x0, 0x18:0x02 sensor.x1, 0x18:0x02",
         "  sensor.x2, and 2 more",
         "1 malformed frame: checksum 0x3f, expected 0x40",
-        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id",
+        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id (or hidden)",
         "19 probes in 1.2 s, 19 frames sent: 5 exist, 3 absent, 1 silent, 8 withheld, 2",
         "  inconclusive",
     ]

@@ -49,7 +49,7 @@ def test_the_table_holds_every_documented_command_on_its_nodes(model: Robot) -> 
         if row.kind is Kind.COMMAND
         for node in row.nodes[model.key]
     }
-    commands = Firmware(Settings(model)).commands
+    commands = Firmware(Settings(model, matrix=True)).commands
     assert set(commands) == expected
     assert list(commands) == sorted(commands)
     for (node, did, cid), command in commands.items():

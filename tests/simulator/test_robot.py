@@ -99,7 +99,7 @@ def test_deep_sleep_is_for_good(model: Robot) -> None:
 
 @rows(READS)
 def test_every_documented_read_answers_and_decodes(model: Robot, row: CommandRow, node: int) -> None:
-    robot = FakeRobot(Settings(model, seed=5))
+    robot = FakeRobot(Settings(model, seed=5, matrix=True))
     response = ask(robot, row.did, row.cid, sample_of(row), node=node if model.addressed else None)
     assert response.code == 0
     if row.response is not None:
@@ -379,22 +379,22 @@ def test_notifications(model: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "asked", "told"),
+    ("model", "asked", "told", "payload"),
     [
-        pytest.param("bolt", (0x11, 0x17), (0x11, 0x18), id="second version"),
-        pytest.param("r2d2", (0x11, 0x24), (0x11, 0x25), id="second bootloader"),
-        pytest.param("rvr", (0x11, 0x3F), (0x11, 0x3E), id="SOS message"),
-        pytest.param("rvr", (0x18, 0x37), (0x18, 0x36), id="colour"),
-        pytest.param("rvr", (0x18, 0x25), (0x18, 0x26), id="north"),
+        pytest.param("bolt", (0x11, 0x17), (0x11, 0x18), b"", id="second version"),
+        pytest.param("r2d2", (0x11, 0x24), (0x11, 0x25), b"", id="second bootloader"),
+        pytest.param("rvr", (0x11, 0x3F), (0x11, 0x3E), b"\1", id="SOS message, in the response too"),
+        pytest.param("rvr", (0x18, 0x37), (0x18, 0x36), b"", id="colour"),
+        pytest.param("rvr", (0x18, 0x25), (0x18, 0x26), b"", id="north"),
     ],
 )
 def test_some_answers_come_as_notifications(
-    model: str, asked: tuple[int, int], told: tuple[int, int]
+    model: str, asked: tuple[int, int], told: tuple[int, int], payload: bytes
 ) -> None:
     robot = fake(model)
     response, notification = tell(robot, Command(*asked))
     assert isinstance(response, Response)
-    assert (response.code, response.payload) == (0, b"")
+    assert (response.code, response.payload) == (0, payload)
     assert (notification.did, notification.cid) == told
     decoded = known(known(lookup(robot.model.generation, *told, robot.model)).response).decode(
         notification.payload

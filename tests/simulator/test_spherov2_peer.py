@@ -35,6 +35,7 @@ from sphero_probe.catalogue.payload.enums import VALUE_NAMES
 from sphero_probe.catalogue.payload.fields import Field
 from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.streaming_services import CONFIGURE, configuration
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Notification, Request, Response, Role, Verdict
 from sphero_probe.simulator import FakeRobot, parse_settings
@@ -379,19 +380,27 @@ def test_layouts_give_back_the_arguments(key: str, method: str) -> None:
             assert _same(by_name[name], ours, theirs), f"{parameter}={theirs!r} reads {name}={ours!r}"
 
 
+def _is_bad_configuration(build: Build) -> bool:
+    """Tell whether streaming services are asked for that this node does not have, or with a token of none."""
+    if (build.packet.did, build.packet.cid) != CONFIGURE:
+        return False
+    return bool(configuration(bytes(build.packet.data), build.packet.tid & 0x0F).problem)
+
+
 @pytest.mark.unmeasured
 @rows(EVERY_COMMAND)
 def test_the_fake_robot_takes_the_commands_of_spherov2(key: str, method: str) -> None:
     served = 0
     for build in _builds(key, method):
-        robot = FakeRobot(parse_settings(key))
+        robot = FakeRobot(parse_settings(f"{key}?matrix=1"))
         robot.hear(build.frame, now=0.0)
         answer, *_ = said_by(robot, 0.0)
         assert (answer.did, answer.cid, answer.seq) == build.packet.id
         if _is_served(key, build):
             served += 1
             assert isinstance(answer, Response)
-            assert V2.verdict(answer.code) is REFUSED.get(method, Verdict.OK), build.arguments
+            refused = Verdict.FAILED if _is_bad_configuration(build) else REFUSED.get(method, Verdict.OK)
+            assert V2.verdict(answer.code) is refused, build.arguments
         else:
             assert isinstance(answer, Response)
             assert V2.verdict(answer.code) in (Verdict.NO_DEVICE, Verdict.NO_COMMAND), build.arguments

@@ -797,7 +797,8 @@ def _streamed(key: str, *sensors: str, **settings: object) -> Streamed:
 def _in_their_words(key: str, ours: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """Our sample in the shape of spherov2: per sensor, its parts; an Ollie's axes turned.
 
-    spherov2 leaves ``accel_one`` in thousandths.
+    spherov2 leaves ``accel_one`` in thousandths, and has the motors of bits 6 and 5 the other way round than
+    the maker.
     """
     sample: dict[str, dict[str, float]] = {}
     toy = TOYS[key]
@@ -810,6 +811,8 @@ def _in_their_words(key: str, ours: Mapping[str, Any]) -> dict[str, dict[str, fl
         }
         if key == "ollie" and sensor in ("locator", "velocity") and values:
             values = {"x": -values["y"], "y": values["x"]}
+        if sensor == "back_emf" and values:
+            values = {"left": values["right"], "right": values["left"]}
         if sensor == "accel_one" and values:
             values = {"accel_one": values["accel_one"] * 1000}
         if values:

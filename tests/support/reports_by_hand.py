@@ -18,7 +18,6 @@ from sphero_probe.reports import checks, views
 from sphero_probe.reports.registry import Style, open_report
 from sphero_probe.reports.rows import (
     Row,
-    code_row,
     command_row,
     fact_row,
     finding_row,
@@ -225,7 +224,10 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
             views.PLANNED,
             [planned_row(PlannedProbe(1, Command(1, 2, raw), None, Risk.READ, raw, text))],
         ),
-        "codes": (views.CODES, [code_row(V2, 5, text, text)]),
+        "codes": (
+            views.CODES,
+            [Row("code", dict.fromkeys(("generation", "code", "name", "meaning", "proves"), text))],
+        ),
         "facts": (views.FACTS, [fact_row(Fact(text, text, text, text)), fact_row(Fact("x", float("nan")))]),
         "checks": (checks.CHECKS, [checks.check_row(text, checks.Look(checks.State.FAIL, text, text))]),
     }

@@ -2,6 +2,7 @@
 
 import re
 import struct
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sphero_probe.catalogue.payload.enums import VALUE_NAMES
@@ -26,7 +27,7 @@ UINT_WIDTHS = (1, 2, 4, 8)
 _FIELD = (
     r"(?P<name>[a-z][a-z0-9_]*):(?P<type>[a-z]+[0-9]*)"
     r"(?:=(?P<const>0x[0-9a-f]{1,2}|[0-9]+))?"
-    r"(?:/(?P<scale>[1-9][0-9]*))?"
+    r"(?:/(?P<scale>[1-9][0-9]*(?:\.[0-9]+)?))?"
     r"(?:\{(?P<values>\w+)\})?"
     r"(?:\[(?P<unit>[^\]\s]+)\])?"
     r"(?P<repeat>\*(?P<count>[1-9][0-9]*)?)?"
@@ -40,7 +41,7 @@ class Field(NamedTuple):
     Attributes:
         name: unique within its layout.
         type: ``u8``, ``cstring``, …
-        scale: the number on the wire is the value times this.
+        scale: the number on the wire is the value times this; exact, as 2.55 has no exact float.
         values: the names of its values in ``enums.VALUE_NAMES``, empty where it has none.
         unit: of the value, empty where it has none.
         count: how often it repeats, or the bytes of ``bytes`` and ``cstring``; None: once, or to the end.
@@ -51,7 +52,7 @@ class Field(NamedTuple):
 
     name: str
     type: str
-    scale: int = 1
+    scale: int | Fraction = 1
     values: str = ""
     unit: str = ""
     count: int | None = None  # type: ignore[assignment]  # hides tuple.count, of no use here
@@ -105,7 +106,7 @@ def parse_field(word: str) -> Field:
     return Field(
         name=found["name"],
         type=kind,
-        scale=int(found["scale"] or 1),
+        scale=_scale(found["scale"] or "1"),
         values=found["values"] or "",
         unit=found["unit"] or "",
         count=int(count) if count else None,
@@ -113,6 +114,12 @@ def parse_field(word: str) -> Field:
         const=const,
         optional=bool(found["optional"]),
     )
+
+
+def _scale(text: str) -> int | Fraction:
+    """Read a scale; a whole one stays an int."""
+    scale = Fraction(text)
+    return int(scale) if scale.denominator == 1 else scale
 
 
 def take(field: Field, payload: bytes, at: int) -> tuple[object, int, str]:
@@ -151,7 +158,7 @@ def _value(field: Field, raw: Any) -> object:
     if field.type == "f32":
         return _shortest(raw / field.scale)
     if field.scale != 1:
-        return raw / field.scale
+        return float(raw / field.scale)
     if field.values:
         return VALUE_NAMES[field.values].words(raw)
     if field.type == "bool" and raw in (0, 1):

@@ -1,4 +1,4 @@
-"""Payload layouts: a line such as ``speed:u8 heading:u16[deg]`` comes in, its meaning for bytes comes out.
+"""Payload layouts: what the bytes of a payload mean, written as a line such as ``speed:u8 heading:u16[deg]``.
 
 The grammar of a field, fields separated by blanks::
 
@@ -9,7 +9,11 @@ The grammar of a field, fields separated by blanks::
 big-endian [vendor]. ``bytes`` and ``cstring`` run to the end unless a count gives their width; a ``cstring``
 also ends at its first NUL. ``uint`` is one unsigned number over all bytes that are left, eight at most. ``*``
 without a count repeats to the end. ``?`` marks a field that may be left out. What runs to the end or may be
-left out must be the last field. ``""`` is an empty payload.
+left out must be the last field. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``.
+
+Where robots or firmwares write the same payload in several lengths, the layout holds one variant per length,
+separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by the first variant that its length fits,
+and by none where it fits none.
 """
 
 from functools import cached_property
@@ -24,9 +28,9 @@ class Decoded(NamedTuple):
     """A payload taken apart.
 
     Attributes:
-        fields: field name -> value; only JSON-able values.
+        fields: field name -> value; only JSON-able values. Empty where the length fits no layout.
         units: field name -> unit, for the fields that were there and have one.
-        rest: the bytes that fit no field.
+        rest: the bytes that fit no field: all of them where the length fits no layout.
         problem: what does not fit the layout, empty when all is well.
     """
 
@@ -56,12 +60,28 @@ class Layout:
         return hash(self.text)
 
     @cached_property
+    def variants(self) -> tuple["Layout", ...]:
+        """The layouts of the lengths it comes in; itself where there is only one.
+
+        Raises:
+            ValueError: a variant is empty.
+        """
+        texts = self.text.split("|")
+        if len(texts) == 1:
+            return (self,)
+        if not all(text.strip() for text in texts):
+            raise ValueError(f"an empty variant in layout {self.text!r}")
+        return tuple(Layout(text.strip()) for text in texts)
+
+    @cached_property
     def fields(self) -> tuple[Field, ...]:
-        """The fields in the order of the wire.
+        """The fields of the first variant in the order of the wire.
 
         Raises:
             ValueError: the text does not follow the grammar.
         """
+        if self.variants[0] is not self:
+            return self.variants[0].fields
         fields = tuple(parse_field(word) for word in self.text.split())
         if len({field.name for field in fields}) != len(fields):
             raise ValueError(f"a field name stands twice in layout {self.text!r}")
@@ -71,17 +91,24 @@ class Layout:
 
     @cached_property
     def minimum_length(self) -> int:
-        """The fewest bytes that fill every field."""
+        """The fewest bytes that fill every field of some variant."""
+        if self.variants[0] is not self:
+            return min(variant.minimum_length for variant in self.variants)
         return sum(field.least for field in self.fields)
 
     @cached_property
     def fixed_length(self) -> int | None:
         """The length in bytes, None when it varies."""
+        if self.variants[0] is not self:
+            lengths = {variant.fixed_length for variant in self.variants}
+            return lengths.pop() if len(lengths) == 1 else None
         varies = self.fields and (self.fields[-1].to_end or self.fields[-1].optional)
         return None if varies else self.minimum_length
 
     def accepts(self, length: int) -> bool:
-        """Tell whether a payload of ``length`` bytes can follow this layout."""
+        """Tell whether a payload of ``length`` bytes can follow this layout, by any of its variants."""
+        if self.variants[0] is not self:
+            return any(variant.accepts(length) for variant in self.variants)
         if self.fixed_length is not None:
             return length == self.fixed_length
         last = self.fields[-1]
@@ -94,6 +121,8 @@ class Layout:
 
     def zeros(self) -> bytes:
         """Give the shortest payload, all zero but for constants."""
+        if self.variants[0] is not self:
+            return min(self.variants, key=lambda variant: variant.minimum_length).zeros()
         return b"".join(bytes([field.const]) if field.const else bytes(field.least) for field in self.fields)
 
     def decode(self, payload: bytes) -> Decoded:
@@ -102,7 +131,16 @@ class Layout:
         Values are ints, floats (``"nan"``, ``"inf"``, ``"-inf"`` where not finite), bools (the number where
         it is neither 0 nor 1), text, lower-case hex for bytes, names in lower case (the number where
         unlisted), lists of names for flags with the unnamed bits as one number at the end, lists of these.
+
+        A payload whose length fits no variant has no fields: where one byte is missing or left over, any
+        field may be another one than it seems.
         """
+        if self.variants[0] is not self:
+            fitting = (one for one in self.variants if one.accepts(len(payload)))
+            variant = next(fitting, None)
+            return variant.decode(payload) if variant else self._misfit(payload)
+        if not self.accepts(len(payload)):
+            return self._misfit(payload)
         values: dict[str, object] = {}
         units: dict[str, str] = {}
         problems: list[str] = []
@@ -110,10 +148,6 @@ class Layout:
         for field in self.fields:
             if field.optional and at == len(payload):
                 continue
-            if field.size > len(payload) - at:
-                missing = f"{field.name} needs {_count_bytes(field.size)}, {len(payload) - at} left"
-                problems.append(f"short payload: {missing}")
-                break
             value, at, problem = take(field, payload, at)
             if problem:
                 problems.append(problem)
@@ -121,19 +155,45 @@ class Layout:
                 values[field.name] = value
                 if field.unit:
                     units[field.name] = field.unit
-        else:
-            if at < len(payload):
-                problems.append(f"{_count_bytes(len(payload) - at)} more than the layout has")
+        if at < len(payload):  # behind the NUL of a text
+            problems.append(f"{_count_bytes(len(payload) - at)} more than the layout has")
         return Decoded(values, units, payload[at:], "; ".join(problems))
+
+    def _misfit(self, payload: bytes) -> Decoded:
+        """Return a payload whose length fits no variant, with what is wrong."""
+        if len(self.variants) > 1:
+            known = " or ".join(str(variant.minimum_length) for variant in self.variants)
+            problem = f"{_count_bytes(len(payload))}, the known layouts have {known}"
+        else:
+            problem = self._missing_or_left(len(payload))
+        return Decoded({}, {}, payload, problem)
+
+    def _missing_or_left(self, length: int) -> str:
+        """Say which field a payload of a wrong length lacks, or how much of it is left over."""
+        at = 0
+        for field in self.fields:
+            if field.size > length - at and not (field.optional and at == length):
+                return f"short payload: {field.name} needs {_count_bytes(field.size)}, {length - at} left"
+            if field.type == "uint":
+                at = min(length, at + UINT_WIDTHS[-1])
+            elif field.to_end:
+                at += (length - at) // field.width * field.width
+            else:
+                at += field.size
+        return f"{_count_bytes(length - at)} more than the layout has"
 
     def encode(self, values: dict[str, object]) -> bytes:
         """Build a payload of values as ``decode`` gives them; absent fields are zero, empty or left out.
 
-        A ``cstring`` that runs to the end is closed with a NUL, a ``uint`` takes 1, 2, 4 or 8 bytes.
+        A ``cstring`` that runs to the end is closed with a NUL, a ``uint`` takes 1, 2, 4 or 8 bytes. Of
+        several variants, the first one that has all the fields is built.
 
         Raises:
             ValueError: a field is unknown, or a value does not fit its field.
         """
+        if self.variants[0] is not self:
+            fitting = (one for one in self.variants if values.keys() <= {field.name for field in one.fields})
+            return next(fitting, self.variants[0]).encode(values)
         unknown = values.keys() - {field.name for field in self.fields}
         if unknown:
             raise ValueError(f"no field {', '.join(sorted(unknown))} in layout {self.text!r}")

@@ -1,7 +1,8 @@
-"""The V1 commands of core, bootloader and sphero, and the asynchronous messages: no input, tables of rows out, one id a line.
+"""The V1 commands of core, bootloader and sphero, and the asynchronous messages, one id a line.
 
-Sources are ``spherov2``, ``spherojs`` (the maker's JavaScript SDK), ``api`` (the maker's description of the protocol), and
-``assumed`` where a robot stands in the row only because its relatives do. Where the maker and spherov2 differ, the maker counts.
+Sources are ``spherov2``, ``spherojs`` (the maker's JavaScript SDK), ``iossdk`` (the maker's iOS SDK: names and ids only), ``api``
+(the maker's description of the protocol), and ``assumed`` where a robot stands in the row only because its relatives do. Where
+the maker and spherov2 differ, the maker counts.
 """
 
 from sphero_probe.catalogue.model import NO_DEVICE
@@ -13,6 +14,7 @@ _CLASSIC = "sphero sprk"
 """What connects by classic Bluetooth."""
 _BLE = "sprk-plus ollie bb8"
 _ALL = f"{_CLASSIC} {_BLE}"
+_NAME_ONLY = "known by its name in a header of the maker's iOS SDK only"
 
 _COMMANDS = (
     command(0x00, 0x01, "core.ping", Risk.READ, "", "", _ALL, "spherov2 spherojs"),
@@ -39,6 +41,8 @@ _COMMANDS = (
     command(0x01, 0x02, "bootloader.begin_reflash", Risk.BRICK, "", "", _ALL, "spherov2"),
     command(0x01, 0x03, "bootloader.here_is_page", Risk.BRICK, None, "", _ALL, "spherov2"),
     command(0x01, 0x04, "bootloader.jump_to_main", Risk.BRICK, "", "", _ALL, "spherov2"),
+    command(0x01, 0x05, "bootloader.is_page_blank", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
+    command(0x01, 0x06, "bootloader.erase_user_config", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
     command(0x02, 0x01, "sphero.set_heading", Risk.MOTION, "heading:u16[deg]", "", _ALL, "spherov2 spherojs"),
     command(0x02, 0x02, "sphero.set_stabilization", Risk.MOTION, "enable:bool", "", _ALL, "spherov2 spherojs"),
     command(0x02, 0x03, "sphero.set_rotation_rate", Risk.WRITE, "rate:u8", "", _ALL, "spherov2 spherojs", note="in steps of 0.784 deg/s"),
@@ -49,7 +53,7 @@ _COMMANDS = (
     command(0x02, 0x08, "sphero.set_chassis_id", Risk.BRICK, "chassis_id:u16", "", _ALL, "spherojs assumed", note="works in the factory only"),
     command(0x02, 0x09, "sphero.self_level", Risk.MOTION, "options:u8{SelfLevelOptions} angle_limit:u8[deg] timeout:u8[s] true_time:u8", "", _ALL, "spherov2 spherojs", note="the result comes as asynchronous message 0x0B"),
     command(0x02, 0x0A, "sphero.set_vdl", Risk.WRITE, None, "", _ALL, "spherojs assumed"),
-    command(0x02, 0x11, "sphero.set_data_streaming", Risk.WRITE, "divisor:u16 frames:u16 mask:u32 count:u8 extended_mask:u32?", "", _ALL, "spherov2 spherojs", note="400 Hz through the divisor, so many frames in each asynchronous message 0x03; count 0 does not end"),
+    command(0x02, 0x11, "sphero.set_data_streaming", Risk.WRITE, "divisor:u16 frames:u16 mask:u32 count:u8 extended_mask:u32?", "", _ALL, "spherov2 spherojs", note="400 Hz through the divisor, so many frames in each asynchronous message 0x03; count 0 does not end; bits 6 and 5 are the right and the left motor in the maker's table, the left and the right one in spherov2"),
     command(0x02, 0x12, "sphero.configure_collision_detection", Risk.WRITE, "method:u8{CollisionDetectionMethods} x_threshold:u8 x_speed:u8 y_threshold:u8 y_speed:u8 dead_time:u8", "", _ALL, "spherov2 spherojs", aliases="set_collision_detection", note="dead_time in steps of 10 ms; spherov2 calls the second number y_threshold and the third x_speed"),
     command(0x02, 0x13, "sphero.configure_locator", Risk.WRITE, "flags:u8{LocatorFlags} x:i16[cm] y:i16[cm] yaw_tare:u16[deg]", "", _ALL, "spherov2 spherojs", aliases="locator"),
     command(0x02, 0x14, "sphero.set_accelerometer_range", Risk.WRITE, "range:u8{AccelerometerRanges}", "", _ALL, "spherojs assumed", aliases="set_accelerometer"),
@@ -73,7 +77,8 @@ _COMMANDS = (
     command(0x02, 0x42, "sphero.set_device_mode", Risk.PERSIST, "mode:u8{DeviceModes}", "", _ALL, "spherojs assumed"),
     command(0x02, 0x43, "sphero.set_config_block", Risk.BRICK, "block:bytes", "", _ALL, "spherojs assumed"),
     command(0x02, 0x44, "sphero.get_device_mode", Risk.READ, "", "mode:u8{DeviceModes}", _ALL, "spherojs assumed"),
-    command(0x02, 0x46, "sphero.get_soul_block", Risk.READ, "", "", _CLASSIC, "spherojs", aliases="get_ssb", note="the block comes as asynchronous message 0x0D"),
+    command(0x02, 0x45, "sphero.set_factory_device_mode", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
+    command(0x02, 0x46, "sphero.get_soul_block", Risk.READ, "", "", _CLASSIC, "spherojs", aliases="get_ssb", note="the block comes as asynchronous message 0x0D; the maker's description gives 0x43 as the command that asks for it"),
     command(0x02, 0x47, "sphero.set_soul_block", Risk.BRICK, "password:u32 block:bytes*1024", "", _CLASSIC, "spherojs", aliases="set_ssb"),
     command(0x02, 0x48, "sphero.refill_bank", Risk.BRICK, "bank:u8{SoulBanks}", "cores:u32", _CLASSIC, "spherojs", aliases="ssb_refill"),
     command(0x02, 0x49, "sphero.buy_consumable", Risk.BRICK, "consumable:u8 quantity:u8", "quantity:u8 cores:u32", _CLASSIC, "spherojs", aliases="ssb_buy"),
@@ -98,26 +103,35 @@ _COMMANDS = (
     command(0x02, 0x64, "sphero.answer_orbbasic_input", Risk.MOTION, "value:i32", "", _ALL, "spherojs assumed", aliases="answer_input"),
     command(0x02, 0x65, "sphero.commit_orbbasic_program", Risk.BRICK, "", "", _ALL, "spherojs assumed", aliases="commit_to_flash"),
     command(0x02, 0x70, "sphero.commit_orbbasic_program_0x70", Risk.BRICK, "", "", _ALL, "spherojs assumed", aliases="commit_to_flash_alias"),
+    command(0x02, 0x71, "sphero.remove_cores", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
+    command(0x02, 0x72, "sphero.set_soul_unlock_flags", Risk.BRICK, None, None, "", "iossdk", aliases="set_ssb_unlock_flags set_ssb_unlock_flags_block", note=_NAME_ONLY),
+    command(0x02, 0x73, "sphero.reset_soul_block", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
+    command(0x02, 0x75, "sphero.read_odometer", Risk.PERSIST, None, None, "", "iossdk", note=f"{_NAME_ONLY}; a read by its name, but its neighbours erase"),
+    command(0x02, 0x90, "sphero.write_persistent_page", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
+    command(0x02, 0xF0, "sphero.read_soul_block", Risk.PERSIST, None, None, "", "iossdk", note=f"{_NAME_ONLY}, and marked as not final there; a read by its name"),
+    command(0x02, 0xF1, "sphero.soul_add_experience", Risk.BRICK, None, None, "", "iossdk", aliases="soul_add_xp", note=f"{_NAME_ONLY}, and marked as not final there"),
 )
 _MESSAGES = (
-    notification(NO_DEVICE, 0x01, "async.battery_state_changed_notify", "state:u8{PowerStates}", _ALL, "api spherov2 spherojs", aliases="power_notification"),
-    notification(NO_DEVICE, 0x02, "async.level_one_diagnostics_notify", "text:cstring", _ALL, "api spherojs assumed", aliases="level_one_diagnostic_response"),
-    notification(NO_DEVICE, 0x03, "async.sensor_streaming_data_notify", "values:i16*", _ALL, "api spherov2 spherojs", note="one number per sensor of the masks that were set, frame after frame"),
-    notification(NO_DEVICE, 0x04, "async.config_block_notify", "block:bytes", _ALL, "api spherojs assumed", aliases="config_block_contents"),
+    notification(NO_DEVICE, 0x01, "async.battery_state_changed_notify", "state:u8{PowerStates}", _ALL, "api spherov2 spherojs", aliases="power_notification", enabled_by="core.enable_battery_state_changed_notify"),
+    notification(NO_DEVICE, 0x02, "async.level_one_diagnostics_notify", "text:cstring", _ALL, "api spherojs assumed", aliases="level_one_diagnostic_response", enabled_by="core.run_level_one_diagnostics"),
+    notification(NO_DEVICE, 0x03, "async.sensor_streaming_data_notify", "values:i16*", _ALL, "api spherov2 spherojs", note="one number per sensor of the masks that were set, frame after frame", enabled_by="sphero.set_data_streaming"),
+    notification(NO_DEVICE, 0x04, "async.config_block_notify", "block:bytes", _ALL, "api spherojs assumed", aliases="config_block_contents", enabled_by="sphero.get_config_block"),
     notification(NO_DEVICE, 0x05, "async.will_sleep_notify", "", _ALL, "api spherov2 spherojs", aliases="pre_sleep_warning", note="10 s before it sleeps for want of commands"),
-    notification(NO_DEVICE, 0x06, "async.macro_marker_notify", "marker:u8 macro:u8 command_number:u16", _ALL, "api spherojs assumed", aliases="macro_markers"),
-    notification(NO_DEVICE, 0x07, "async.collision_detected_notify", "acceleration_x:i16/4096[g] acceleration_y:i16/4096[g] acceleration_z:i16/4096[g] axes:u8{CollisionDetectedAxis} power_x:i16 power_y:i16 speed:u8 time:u32[ms]", _ALL, "api spherov2 spherojs", aliases="collision_detected"),
-    notification(NO_DEVICE, 0x08, "async.orbbasic_print_notify", "text:cstring", _ALL, "api spherojs assumed"),
-    notification(NO_DEVICE, 0x09, "async.orbbasic_error_text_notify", "text:cstring", _ALL, "api spherojs assumed"),
-    notification(NO_DEVICE, 0x0A, "async.orbbasic_error_binary_notify", "error:bytes", _ALL, "api spherojs assumed"),
-    notification(NO_DEVICE, 0x0B, "async.self_level_notify", "result:u8{SelfLevelResults}", _ALL, "api spherojs assumed", aliases="self_level_result"),
-    notification(NO_DEVICE, 0x0C, "async.gyro_max_notify", "axes:u8{GyroMaxFlags}", _ALL, "api spherov2 spherojs", aliases="gyro_axis_limit_exceeded"),
-    notification(NO_DEVICE, 0x0D, "async.soul_block_notify", "block:bytes", _CLASSIC, "api spherojs", aliases="soul_data"),
-    notification(NO_DEVICE, 0x0E, "async.level_up_notify", "level:u16 attribute_points:u16", _CLASSIC, "api spherojs", aliases="level_up"),
-    notification(NO_DEVICE, 0x0F, "async.shield_notify", "shield:u8/255", _CLASSIC, "api spherojs", aliases="shield_damage", note="the part that is left"),
-    notification(NO_DEVICE, 0x10, "async.experience_notify", "experience:u8/255", _CLASSIC, "api spherojs", aliases="xp_update", note="the part of the way to the next level"),
-    notification(NO_DEVICE, 0x11, "async.boost_notify", "boost:u8/255", _CLASSIC, "api spherojs", aliases="boost_update", note="the part that is left"),
+    notification(NO_DEVICE, 0x06, "async.macro_marker_notify", "marker:u8 macro:u8 command_number:u16", _ALL, "api spherojs assumed", aliases="macro_markers", enabled_by="sphero.run_macro"),
+    notification(NO_DEVICE, 0x07, "async.collision_detected_notify", "acceleration_x:i16/4096[g] acceleration_y:i16/4096[g] acceleration_z:i16/4096[g] axes:u8{CollisionDetectedAxis} power_x:i16 power_y:i16 speed:u8 time:u32[ms]", _ALL, "api spherov2 spherojs", aliases="collision_detected", enabled_by="sphero.configure_collision_detection"),
+    notification(NO_DEVICE, 0x08, "async.orbbasic_print_notify", "text:cstring", _ALL, "api spherojs assumed", enabled_by="sphero.run_orbbasic_program"),
+    notification(NO_DEVICE, 0x09, "async.orbbasic_error_text_notify", "text:cstring", _ALL, "api spherojs assumed", enabled_by="sphero.run_orbbasic_program"),
+    notification(NO_DEVICE, 0x0A, "async.orbbasic_error_binary_notify", "error:bytes", _ALL, "api spherojs assumed", enabled_by="sphero.run_orbbasic_program"),
+    notification(NO_DEVICE, 0x0B, "async.self_level_notify", "result:u8{SelfLevelResults}", _ALL, "api spherojs assumed", aliases="self_level_result", enabled_by="sphero.self_level"),
+    notification(NO_DEVICE, 0x0C, "async.gyro_max_notify", "axes:u8{GyroMaxFlags}", _ALL, "api spherov2 spherojs", aliases="gyro_axis_limit_exceeded", enabled_by="sphero.set_persistent_options", since="3.10"),
+    notification(NO_DEVICE, 0x0D, "async.soul_block_notify", "block:bytes", _CLASSIC, "api spherojs", aliases="soul_data", note="the maker's description says that 0x02:0x43 asks for it; in the maker's SDKs that is set_config_block, and get_soul_block (0x02:0x46) asks", enabled_by="sphero.get_soul_block"),
+    notification(NO_DEVICE, 0x0E, "async.level_up_notify", "level:u16 attribute_points:u16", _CLASSIC, "api spherojs", aliases="level_up", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x0F, "async.shield_notify", "shield:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="shield_damage", note="what is left", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x10, "async.experience_notify", "experience:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="xp_update", note="the way to the next level", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x11, "async.boost_notify", "boost:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="boost_update", note="what is left", enabled_by="sphero.enable_soul_notify"),
     notification(NO_DEVICE, 0x14, "async.did_sleep_notify", "", _ALL, "spherov2", aliases="did_sleep"),
+    notification(NO_DEVICE, 0x20, "async.soul_block_data_notify", None, "", "iossdk", note=_NAME_ONLY),
+    notification(NO_DEVICE, 0x21, "async.experience_update_notify", None, "", "iossdk", aliases="xp_update_0x21", note=_NAME_ONLY),
 )
 
 ROWS = tuple(row._replace(generation=Generation.V1) for row in _COMMANDS)

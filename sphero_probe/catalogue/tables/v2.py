@@ -1,9 +1,10 @@
-"""How a V2 row is written: the words of one line of a table come in, a ``CommandRow`` comes out.
+"""Makes the rows of the tables: one line of words each.
 
 ``nodes`` names the robots that know the pair, each with the nodes that serve it there: ``"mini bolt:2 rvr:12"`` is
 node 1 of Mini, node 2 of BOLT, both nodes of RVR. ``sources`` are words: ``spherov2``, ``sdk`` (the maker's Python SDK),
-``pysphero``, ``capture`` (bytes seen from a robot), ``reference`` (a description of BOLT+), and ``assumed`` where a robot
-stands in the row only because its relatives do.
+``pysphero``, ``capture`` (bytes seen from a robot), ``reference`` (a description of BOLT+), ``unsw`` (a class for BOLT+ that
+its package marks as untested), ``spherov2js`` (a JavaScript library), and ``assumed`` where a robot stands in the row only
+because its relatives do.
 """
 
 from functools import cache
@@ -47,7 +48,17 @@ def command(
 
 
 def notification(
-    did: int, cid: int, name: str, payload: str | None, nodes: str, sources: str, *, aliases: str = "", note: str = ""
+    did: int,
+    cid: int,
+    name: str,
+    payload: str | None,
+    nodes: str,
+    sources: str,
+    *,
+    aliases: str = "",
+    note: str = "",
+    enabled_by: str = "",
+    since: str = "",
 ) -> CommandRow:
     """Make the row of a notification, which nobody sends to a robot: it has no request."""
     return CommandRow(
@@ -64,6 +75,8 @@ def notification(
         _words(aliases),
         None,
         note,
+        enabled_by,
+        since,
     )
 
 

@@ -1,4 +1,4 @@
-"""The V2 commands and notifications of firmware, wifi, factory_test and proto: no input, a table of rows out, one pair a line."""
+"""The V2 commands and notifications of firmware, wifi, factory_test and proto, one pair a line."""
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.tables.v2 import command, notification
@@ -17,7 +17,7 @@ ROWS = (
     command(0x1D, 0x0A, "firmware.application_identification", Risk.BRICK, None, None, "", "pysphero"),
     command(0x1D, 0x0B, "firmware.request_application_id", Risk.BRICK, None, None, "", "pysphero"),
     command(0x1D, 0x0C, "firmware.set_pending_update_flags", Risk.BRICK, None, None, "", "pysphero"),
-    command(0x1D, 0x0D, "firmware.get_pending_update_flags", Risk.READ, "", "flags:uint{PendingUpdateFlags}", "bolt bolt-plus mini r2d2 r2q5 bb9e lmq", "spherov2 pysphero assumed"),
+    command(0x1D, 0x0D, "firmware.get_pending_update_flags", Risk.READ, "", "flags:uint{PendingUpdateFlags}", "bolt bolt-plus mini r2d2 r2q5 bb9e lmq", "spherov2 pysphero assumed unsw"),
     command(0x1D, 0x15, "firmware.get_current_application_id", Risk.READ, "", "application_id:u8{ApplicationIds}", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1D, 0x16, "firmware.get_all_updatable_processors", Risk.READ, "", "", "rvr rvr-plus", "spherov2 sdk", aliases="get_all_updatable_targets", note="the list comes as notification 0x17"),
     notification(0x1D, 0x17, "firmware.updatable_targets_notify", None, "", "sdk"),

@@ -5,6 +5,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
+from sphero_probe.catalogue import ROBOTS, robot_by_word
+from sphero_probe.catalogue.capture_context import CaptureContext
+from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.cli.hex_stream import read_packets
 from sphero_probe.cli.messages import say
@@ -24,27 +27,31 @@ _ROW: Final = 32
 """Bytes that each row counts for besides its packet."""
 
 
-def decode(output: Output, inputs: tuple[str, ...], generation: str | None) -> None:
+def decode(output: Output, inputs: tuple[str, ...], generation: str | None, model: str | None = None) -> None:
     """Show the packets of all inputs.
 
     Args:
         output: where and how.
         inputs: hex bytes, files, or ``-`` for standard input; none means standard input.
         generation: the protocol, ``v1`` or ``v2``; None to tell them apart.
+        model: the robot whose meaning of a packet counts; None where it is not known.
 
     Raises:
-        UsageError: there is no input, or hex bytes make no sense.
+        UsageError: no robot is called so, there is no input, or hex bytes make no sense.
         BadInputFileError: a file cannot be read, or there is no packet in all inputs.
     """
+    robot = None if model is None else robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")]
     good = bad = total = left_out = 0
     room = _TABLE_ROOM if output.format == "table" else None
     with report(output, PACKETS) as rows:
         for stream in _streams(inputs):
-            sensors = {spoken: StreamDecoder(spoken) for spoken in CODECS}
-            for size, spoken, packet in _packets(stream, Generation(generation) if generation else None):
+            context = CaptureContext(robot)
+            sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+            for size, spoken, heard in _packets(stream, Generation(generation) if generation else None):
                 total += size
-                if packet is None:
+                if heard is None:
                     continue
+                packet = context.complete(spoken, heard)
                 if isinstance(packet, Malformed):
                     bad += 1
                 else:
@@ -56,7 +63,7 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None) -> N
                     if not room:
                         left_out += 1
                         continue
-                rows.add(packet_row(packet, spoken, raw, streams=sensors[spoken]))
+                rows.add(packet_row(packet, spoken, raw, robot, sensors[spoken]))
     if left_out:
         say(f"Not shown: {left_out} more packets; --format plain or jsonl shows all.")
     if not good:

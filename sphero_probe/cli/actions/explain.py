@@ -5,7 +5,6 @@ from sphero_probe.catalogue.naming import byte, pair
 from sphero_probe.cli.output import show
 from sphero_probe.cli.values import Output
 from sphero_probe.errors import UsageError
-from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.rows import code_row, command_row
 from sphero_probe.reports.views import CODES, COMMAND
@@ -24,9 +23,7 @@ def explain(output: Output, subject: str, *, v1: bool) -> None:
     """
     generation = Generation.V1 if v1 else Generation.V2
     if subject[:1].isdigit() and ":" not in subject:
-        codec = CODECS[generation]
-        code = byte(subject, "error code")
-        show(output, CODES, [code_row(generation, code, codec.code_name(code), codec.verdict(code).value)])
+        show(output, CODES, [code_row(generation, byte(subject, "error code"))])
         return
     did, cid = pair(subject, generation)
     rows = rows_of(generation, did, cid)

@@ -1,14 +1,19 @@
-"""``led``: set LEDs by name and colour."""
+"""``led``: set LEDs by name and colour, or list them."""
 
+from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.leds import Colour
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import colour
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.oneshot import send_commands
+from sphero_probe.cli.output import show
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.protocol.packets import Command
+from sphero_probe.reports.rows import led_row
+from sphero_probe.reports.views import LEDS
+from sphero_probe.session.addressing import address_of, model_behind
 from sphero_probe.session.commands import lamp_commands
 
 
@@ -47,6 +52,17 @@ def set_leds(
 
     consent = Consent.of(asking.allow, asking.confirm, Risk.WRITE)  # setting LEDs is what was asked for
     send_commands("led", make, consent, output, connecting, asking, journal)
+
+
+def list_leds(output: Output, device: str) -> None:
+    """Show the LEDs of the robot that an address tells of, without opening it; else those of every robot.
+
+    Raises:
+        UsageError: the address makes no sense.
+    """
+    robot = model_behind(address_of(device)) if device else None
+    robots = (robot,) if robot else tuple(ROBOTS.values())
+    show(output, LEDS, [led_row(one, group) for one in robots if one.leds for group in one.leds.groups])
 
 
 def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[str, Colour]:

@@ -20,6 +20,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
     shell_complete=offer("leds"),
 )
 @click.option("--off", is_flag=True, help="Switch off every LED that is not named.")
+@click.option("--list", "listed", is_flag=True, help="List the robot's LEDs, and set none.")
 @asking_options
 @device_options
 @journal_options
@@ -33,11 +34,15 @@ def command(
     back: str | None,
     leds: tuple[str, ...],
     off: bool,
+    listed: bool,
 ) -> None:
     """Set LEDs; their names come from the robot's own table.
 
     Example: sphero-probe led --front ff0000 --back 00f --device fake:bolt-plus
     """
-    from sphero_probe.cli.actions.led import set_leds
+    from sphero_probe.cli.actions.led import list_leds, set_leds
 
+    if listed:
+        list_leds(output, connecting.device)
+        return
     set_leds(output, journal, connecting, asking, front, back, leds, off=off)

@@ -1,0 +1,58 @@
+"""Fills in what a packet of a capture leaves open, from the packets before it and from the catalogue.
+
+A V1 response does not say which command it answers, and a tap on a V2 line cannot always tell a command from
+a notification: both ends send frames without an answer flag, and both may number them 0xFF.
+"""
+
+from sphero_probe.catalogue.commands import rows_of
+from sphero_probe.catalogue.model import Kind, Robot
+from sphero_probe.protocol.packets import Command, Generation, Notification, Packet, Request, Response
+from sphero_probe.protocol.v2 import FLAG_ANSWER, FLAG_ONLY_ERRORS
+
+
+class CaptureContext:
+    """What was heard so far on one line; feed it every packet of a capture in order."""
+
+    def __init__(self, robot: Robot | None = None) -> None:
+        """Take the robot whose meaning of a pair counts, None where it is not known."""
+        self._robot = robot
+        self._asked: dict[int, tuple[int, int]] = {}
+
+    def complete(self, generation: Generation, packet: Packet) -> Packet:
+        """Return the packet with what is known besides its own bytes; its frame stays the same.
+
+        A V1 response gets the ``did`` and ``cid`` of the last command with its SEQ that asked for an answer.
+        A V2 frame that neither asks for an answer nor says who sent it becomes the command or the
+        notification that the catalogue knows its pair as.
+        """
+        match packet:
+            case Request(command=command, seq=seq) if generation is Generation.V1:
+                if packet.wants_answer:
+                    self._asked[seq] = (command.did, command.cid)
+            case Response(seq=seq, did=None):
+                did, cid = self._asked.get(seq, (None, None))
+                return packet._replace(did=did, cid=cid)
+            case Notification(did=int(did), seq=int()) if packet.target is not None or packet.source is None:
+                kinds = self._kinds(generation, did, packet.cid)
+                if kinds == {Kind.COMMAND} or (not kinds and packet.target is not None):
+                    return _as_request(packet, did)
+            case Request(command=command) if not packet.flags & (FLAG_ANSWER | FLAG_ONLY_ERRORS):
+                if command.target is None and self._kinds(generation, *command[:2]) == {Kind.NOTIFICATION}:
+                    return _as_notification(packet)
+        return packet
+
+    def _kinds(self, generation: Generation, did: int, cid: int) -> set[Kind]:
+        rows = rows_of(generation, did, cid)
+        if self._robot:
+            rows = tuple(row for row in rows if self._robot.key in row.nodes) or rows
+        return {row.kind for row in rows}
+
+
+def _as_request(packet: Notification, did: int) -> Request:
+    command = Command(did, packet.cid, packet.payload, packet.target)
+    return Request(command, packet.seq or 0, packet.source, packet.flags, wants_answer=False)
+
+
+def _as_notification(packet: Request) -> Notification:
+    did, cid, payload, target = packet.command
+    return Notification(did, cid, payload, packet.source, target, packet.seq, packet.flags)
