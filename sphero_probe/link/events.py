@@ -123,9 +123,20 @@ class Events:
             else:
                 del self._by_kind[kind]
 
-    def wanted(self, kind: type[LinkEvent]) -> bool:
+    def wanted(self, kind: object) -> bool:
         """Whether any listener wants events of a kind, so that it is worth building one."""
         return kind in self._by_kind
+
+    def tell(self, kind: Callable[[float, Any], LinkEvent], time: float, what: object) -> None:
+        """Tell what happened, if any listener wants to hear of it.
+
+        Args:
+            kind: the kind of event.
+            time: on the event loop's clock.
+            what: its other field.
+        """
+        if self.wanted(kind):
+            self.emit(kind(time, what))
 
     def emit(self, event: LinkEvent) -> None:
         """Tell every listener of this kind of event, in the order of subscribing."""

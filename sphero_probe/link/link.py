@@ -157,8 +157,7 @@ class Link:
                 return self._blocked(command, risk, reason)
             before_sending()
             self.frames_sent += 1
-            if self.events.wanted(FrameSent):
-                self.events.emit(FrameSent(asyncio.get_running_loop().time(), claim.frame))
+            self.events.tell(FrameSent, asyncio.get_running_loop().time(), claim.frame)
             await self._transport.write(claim.frame)
             return await claim.answer
         except LinkLostError as error:
@@ -169,8 +168,7 @@ class Link:
 
     def _blocked(self, command: Command, risk: Risk, reason: str) -> Blocked:
         blocked = Blocked(command, risk, reason)
-        if self.events.wanted(ExchangeEnded):
-            self.events.emit(ExchangeEnded(asyncio.get_running_loop().time(), blocked))
+        self.events.tell(ExchangeEnded, asyncio.get_running_loop().time(), blocked)
         return blocked
 
     async def _wait_in_line(self, queued: QueuedCommand) -> InFlightCommand:
@@ -237,8 +235,7 @@ class Link:
         try:
             while data := await self._transport.read():
                 now = loop.time()
-                if self.events.wanted(BytesReceived):
-                    self.events.emit(BytesReceived(now, data))
+                self.events.tell(BytesReceived, now, data)
                 for event in self._tracker.hear(data, now=now):
                     self._deliver(event, now)
                 self._admit()
@@ -279,13 +276,11 @@ class Link:
         match event:
             case Answered() | Silent():
                 self._settle(event, now)
-                if self.events.wanted(ExchangeEnded):
-                    self.events.emit(ExchangeEnded(now, event))
+                self.events.tell(ExchangeEnded, now, event)
             case Blocked():  # never sent, so never heard of
                 pass
             case _:
-                if self.events.wanted(UnsolicitedReceived):
-                    self.events.emit(UnsolicitedReceived(now, event))
+                self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
         """Hand out how a command ended, and let its node's pace learn from it."""

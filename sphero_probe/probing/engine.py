@@ -4,10 +4,8 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
-from sphero_probe import __version__
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, LateResponse, Unsolicited
@@ -16,10 +14,11 @@ from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.calibrator import Calibrator
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.executions import Executions
-from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
+from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import introduce
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.notes import node_name, note_of
+from sphero_probe.probing.oneshot import heading_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
@@ -160,20 +159,12 @@ class Engine:
         await self._line.with_reconnect(begin)
         if self._over:
             return []
-        heading = Heading(
-            robot=robot.key if robot else "",
-            model=robot.name if robot else "unknown model",
-            device=self.device,
-            firmware=dict(self._firmware),
-            plan=self.plan.name,
-            tool_version=__version__,
-            consent=self.link.policy.consent.words,
-            strictness={
-                node_name(target, robot): profile.strictness.value
-                for target, profile in self._prober.profiles.items()
-            },
-            started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
-        )
+        strictness = {
+            node_name(target, robot): profile.strictness.value
+            for target, profile in self._prober.profiles.items()
+        }
+        heading = heading_of(self.plan, self.link, self.device)
+        heading = heading._replace(firmware=dict(self._firmware), strictness=strictness)
         return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
 
     async def _stage(self, probes: Sequence[Probe], *, is_first: bool) -> AsyncIterator[Record]:

@@ -105,11 +105,6 @@ class Pipeline:
         await self._work(lambda: not self._scheduler.todo)
         return self._take()
 
-    async def settle(self) -> list[SettledProbe]:
-        """Wait until nothing is in flight; return what is settled by then."""
-        await self._work(lambda: self._scheduler.is_idle)
-        return self._take()
-
     async def finish(self) -> list[SettledProbe]:
         """Wait for everything that was fed; return what is not returned yet, silences included.
 
@@ -157,9 +152,7 @@ class Pipeline:
         return self._stop.is_set() or self.line.lost is not None
 
     def _why_open(self) -> str:
-        if self.line.lost:
-            return LOST
-        return STOPPED if self._stop.is_set() else ""
+        return LOST if self.line.lost else STOPPED if self._stop.is_set() else ""
 
     def _take(self) -> list[SettledProbe]:
         taken, self._settled = self._settled, []
