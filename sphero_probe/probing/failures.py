@@ -33,7 +33,7 @@ async def check(finding: Finding, session: Session) -> None:
         tries = "1 attempt" if finding.attempts == 1 else f"{finding.attempts} attempts"
         silence = f"no answer to 0x{command.did:02x}:0x{command.cid:02x} in {tries}"
         if not link.answers:
-            await ask_well_known(link, WellKnown.ECHO, session.target)
+            await ask_well_known(link, WellKnown.ECHO, session.target, attempts=1)
         if not link.answers:
             raise NoAnswerError(
                 f"{silence}, nor to an echo: the robot is connected and answers nothing",

@@ -19,6 +19,8 @@ PATIENCE: Final = 12.0
 _NO_ANSWER: Final = (
     "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
 )
+_ECHOES: Final = 12
+"""Echoes to a robot that answers nothing at most."""
 _SHOWN: Final = 40
 """Bytes of a frame that are shown."""
 
@@ -45,7 +47,7 @@ async def introduce(
     on_step("first answer")
     firmware = await read_firmware(line.link, target)
     silent: list[Silent] = []
-    while not firmware and (not silent or now() - began < PATIENCE):
+    while not firmware and len(silent) < _ECHOES and (not silent or now() - began < PATIENCE):
         exchange = await ask_well_known(line.link, WellKnown.ECHO, target, attempts=1)
         if not isinstance(exchange, Silent):
             return firmware or await read_firmware(line.link, target)

@@ -45,7 +45,7 @@ async def send_once(
     asked = prober.prepare(filled)
     exchange, attempts = await prober.ask(asked, alone=True)
     while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and asked.risk <= Risk.WRITE:
-        await wake(link, command.target)
+        await wake(link, command.target, 1)
         exchange, more = await prober.ask(asked, alone=True)
         attempts += more
     return finding_of(asked, ProbeResult(exchange, attempts), link.codec, masked=prober.masks(command.target))

@@ -138,9 +138,8 @@ def test_silence_of_one_command_is_not_silence_of_the_robot(
 
 
 def test_listen_tells_silence_apart_in_the_same_way(cli: Cli) -> None:
-    for silent, code in (("0x13:0x03", 7), ("0x13:0x03,0x13:0x0d,0x10:0x00", 4)):
-        ran = cli("listen", "--send", "0x13 0x03", "--seconds", "5", "--device", f"fake:bolt?silent={silent}")
-        assert ran.code == code, ran.err
+    ran = cli("listen", "--send", "0x13 0x03", "--seconds", "5", "--device", "fake:bolt?silent=0x13:0x03")
+    assert ran.code == 7, ran.err
 
 
 def test_silence_to_a_node_that_does_not_exist_is_no_mute_robot(cli: Cli) -> None:
