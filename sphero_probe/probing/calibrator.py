@@ -40,7 +40,8 @@ class Calibrator:
     def look_through(self, probes: Sequence[Probe], first: int, settled: Container[int]) -> Wanted:
         """Return which nodes and devices must be measured before these probes.
 
-        Nothing is measured for documented commands at their own length, unless the run verifies its findings.
+        Nothing is measured for documented commands at their own length, except on the usual node of a run
+        that verifies its findings.
         Of each node, probes are filled in until one depends on its length checks.
 
         Args:
@@ -60,7 +61,8 @@ class Calibrator:
                 among.add(command.did)
             if target not in nodes:
                 filled = self.filled[number] = self._prober.fill(number, probe)
-                if self._verify or is_wrong_length(filled.command, filled.knowledge):
+                verified = self._verify and target == self._prober.target
+                if verified or is_wrong_length(filled.command, filled.knowledge):
                     nodes[target] = among
         keys = [(target, did) for target, among in nodes.items() for did in sorted(among)]
         return Wanted(nodes, [key for key in keys if key not in self._prober.devices])
