@@ -125,7 +125,7 @@ class RunningPlan:
             NoAnswerError: the robot never said anything.
             LinkLostError: the robot is gone; ``result`` has what was found before.
             BadInputFileError: a stage of the plan is broken.
-            OutputError: the journal cannot be written, or its file holds something already.
+            OutputError: the journal cannot be written, or its file is not empty.
             RuntimeError: the plan was run before.
         """
         return self._iterate(lambda record: isinstance(record, Finding))

@@ -1,4 +1,4 @@
-"""Asking several things at once."""
+"""Run several coroutines that ask a robot at once."""
 
 import asyncio
 from collections.abc import Coroutine, Iterable
@@ -7,13 +7,13 @@ from typing import Any, TypeVar
 Answer = TypeVar("Answer")
 
 
-async def ask_together(asking: Iterable[Coroutine[Any, Any, Answer]]) -> list[Answer]:
-    """Ask several things at once; return the answers in the order of the questions.
+async def ask_together(coroutines: Iterable[Coroutine[Any, Any, Answer]]) -> list[Answer]:
+    """Run the coroutines together; return their results in the order given.
 
     Raises:
-        Exception: the first that any of them raised; the others are given up.
+        Exception: the first that any of them raised; the others are cancelled.
     """
-    tasks = [asyncio.create_task(one) for one in asking]
+    tasks = [asyncio.create_task(coroutine) for coroutine in coroutines]
     try:
         return await asyncio.gather(*tasks)
     finally:

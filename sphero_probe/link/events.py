@@ -1,7 +1,7 @@
-"""What happens on a link, for any number of listeners: bytes both ways, ended exchanges, unsolicited packets.
+"""Tell any number of listeners what happens on a link: bytes both ways, ended exchanges, unsolicited packets.
 
-A link emits each event once, in the order in which things happen, before the task that asked goes on. A
-listener subscribes to the kinds that it needs; an event that has no listener is not even built.
+A link emits each event once and in order, before the task that asked continues. A listener subscribes to the
+kinds that it needs; an event without listeners is not built.
 """
 
 import asyncio
@@ -26,9 +26,9 @@ class FrameSent(NamedTuple):
 
 
 class BytesReceived(NamedTuple):
-    """Bytes came from the robot, cut as the transport delivered them.
+    """Bytes arrived from the robot, in the pieces that the transport delivered.
 
-    Each frame in them follows as an ``ExchangeEnded`` or an ``UnsolicitedReceived`` once it is complete.
+    Each complete frame in them is reported by an ``ExchangeEnded`` or an ``UnsolicitedReceived`` event.
 
     Attributes:
         time: seconds on the clock of the event loop.
@@ -42,7 +42,7 @@ class BytesReceived(NamedTuple):
 class ExchangeEnded(NamedTuple):
     """One attempt at a command ended: answered, silent, or blocked by the policy.
 
-    An attempt that the loss of the link cut short has no end and is not told.
+    An attempt that was cut short because the link was lost is not reported.
 
     Attributes:
         time: seconds on the clock of the event loop.
@@ -54,7 +54,7 @@ class ExchangeEnded(NamedTuple):
 
 
 class UnsolicitedReceived(NamedTuple):
-    """The robot sent what no waiting command asked for.
+    """The robot sent something that no waiting command asked for.
 
     Attributes:
         time: seconds on the clock of the event loop.
@@ -78,7 +78,7 @@ class Subscription(Generic[_Event]):
         self._events = events
 
     def cancel(self) -> None:
-        """Tell the listener nothing more, not even of the event that is being told; may be repeated."""
+        """Stop calling the listener, even for the event being delivered now; may be called again."""
         self.listener = None
         self._events.drop(self)
 
@@ -94,16 +94,16 @@ class Subscription(Generic[_Event]):
 
 
 class Events:
-    """The listeners of one conversation; they outlive the link, and hear the next one after a reconnect."""
+    """The listeners of one conversation. They are kept over a reconnect and hear the new link."""
 
     def __init__(self) -> None:
         self._by_kind: dict[type[Any], tuple[Subscription[Any], ...]] = {}
 
     def subscribe(self, listener: Callable[[_Event], None], *kinds: type[_Event]) -> Subscription[_Event]:
-        """Tell a listener of every event of these kinds, of all kinds where none is named.
+        """Call a listener for every event of these kinds; for all kinds if none is named.
 
         Listeners are called one after the other on the event loop and must return quickly. What a listener
-        raises goes to the loop's exception handler; the link and the other listeners go on.
+        raises goes to the loop's exception handler; the link and the other listeners continue.
 
         Args:
             listener: called with each event.
@@ -117,18 +117,18 @@ class Events:
     def drop(self, subscription: Subscription[Any]) -> None:
         """Forget a subscription; ``Subscription.cancel`` calls this."""
         for kind, held in list(self._by_kind.items()):
-            left = tuple(one for one in held if one is not subscription)
-            if left:
-                self._by_kind[kind] = left
+            kept = tuple(other for other in held if other is not subscription)
+            if kept:
+                self._by_kind[kind] = kept
             else:
                 del self._by_kind[kind]
 
     def wanted(self, kind: object) -> bool:
-        """Whether any listener wants events of a kind, so that it is worth building one."""
+        """Whether any listener subscribed to a kind, so that building an event is worth it."""
         return kind in self._by_kind
 
     def tell(self, kind: Callable[[float, Any], LinkEvent], time: float, what: object) -> None:
-        """Tell what happened, if any listener wants to hear of it.
+        """Build and emit an event, if any listener subscribed to its kind.
 
         Args:
             kind: the kind of event.
@@ -139,13 +139,13 @@ class Events:
             self.emit(kind(time, what))
 
     def emit(self, event: LinkEvent) -> None:
-        """Tell every listener of this kind of event, in the order of subscribing."""
+        """Call every listener of this kind of event, in the order of subscribing."""
         for subscription in self._by_kind.get(type(event), ()):
             if subscription.listener is None:
                 continue
             try:
                 subscription.listener(event)
-            except Exception as error:  # noqa: BLE001 - a listener's fault is not the link's
+            except Exception as error:  # noqa: BLE001 - a failing listener must not break the link
                 asyncio.get_running_loop().call_exception_handler(
                     {"message": f"a listener failed at {type(event).__name__}", "exception": error}
                 )

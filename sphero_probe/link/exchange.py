@@ -1,4 +1,4 @@
-"""How asking one command ended, and what was heard besides: the values a link hands out."""
+"""The values that a link returns: how asking a command ended, and unsolicited packets."""
 
 from typing import NamedTuple
 
@@ -10,9 +10,9 @@ class Answered(NamedTuple):
     """The robot answered.
 
     Attributes:
-        command: what was asked.
-        seq: the handle it went out with.
-        sent: the frame as it went out.
+        command: the command that was sent.
+        seq: its sequence number.
+        sent: the frame that was sent.
         response: the answer.
         received: the answer's frame.
         rtt: seconds between the two.
@@ -27,12 +27,12 @@ class Answered(NamedTuple):
 
 
 class Silent(NamedTuple):
-    """No answer came in time, which proves nothing yet.
+    """No answer arrived in time. One silence proves nothing yet.
 
     Attributes:
-        command: what was asked.
-        seq: the handle it went out with.
-        sent: the frame as it went out.
+        command: the command that was sent.
+        seq: its sequence number.
+        sent: the frame that was sent.
         waited: seconds.
     """
 
@@ -43,12 +43,12 @@ class Silent(NamedTuple):
 
 
 class Blocked(NamedTuple):
-    """The guard did not let the command out: nothing was sent.
+    """The policy blocked the command: nothing was sent.
 
     Attributes:
-        command: what was to be asked.
+        command: the command that was not sent.
         risk: its class.
-        reason: why not, and which flag would allow it.
+        reason: why it was blocked, and which flag would allow it.
     """
 
     command: Command
@@ -60,13 +60,13 @@ Exchange = Answered | Silent | Blocked
 
 
 class LateResponse(NamedTuple):
-    """An answer that no waiting command asked for: too late, a duplicate, or foreign; credited to no other.
+    """A response that no waiting command asked for: too late, a duplicate, or foreign.
 
     Attributes:
         response: the answer.
         received: its frame.
-        earlier: the settled exchange it belongs to, None where it fits none.
-        took: seconds since the command was sent, None where it fits none.
+        earlier: the ended exchange it belongs to, None if it belongs to none.
+        took: seconds since the command was sent, None if it belongs to none.
     """
 
     response: Response

@@ -1,4 +1,4 @@
-"""A conversation on the event loop: commands in, exchanges out, one reader, one watcher, a pace per node."""
+"""Send commands to one robot and wait for their answers, as fast as each of its nodes takes them."""
 
 import asyncio
 from collections import deque
@@ -20,7 +20,7 @@ from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.transports.base import Transport
 
 _TICK: Final = 1e-6
-_CLOSED: Final = "try again, nearer to the robot; one that falls asleep drops the link"
+_CLOSED: Final = "try again, nearer to the robot; a robot that falls asleep drops the link"
 
 
 def _ignore(*_: object) -> None:
@@ -32,11 +32,11 @@ class Link:
 
     Attributes:
         policy: the gate that every command passes.
-        frames_sent: how many command frames went out.
-        answers: how many responses came, late ones included.
+        frames_sent: how many command frames were sent.
+        answers: how many responses arrived, late ones included.
         matched: how many of them belong to a command that was sent.
-        limit: commands in flight to a node at most, whatever its pace allows.
-        events: told of every frame, exchange and unsolicited packet.
+        limit: the most commands in flight to a node, whatever its pace allows.
+        events: tells listeners every frame, exchange and unsolicited packet.
     """
 
     def __init__(
@@ -50,16 +50,16 @@ class Link:
         events: Events | None = None,
         tolerate: Collection[str] = (),
     ) -> None:
-        """Take the two ends of the line and the gate.
+        """Set up a link; entering it starts listening.
 
         Args:
             transport: to the robot.
-            codec: how it speaks.
+            codec: of its protocol.
             policy: what may be sent.
             timeout: seconds until a command counts as silent; None measures it, node by node.
-            window: commands in flight; None finds out, node by node, how many the robot takes.
-            events: the listeners to tell what happens; None begins without any.
-            tolerate: in what an answer may differ and still count, of ``tracker.TOLERANCES``.
+            window: commands in flight; None adapts it, node by node, to what the robot takes.
+            events: the listeners; None starts without any.
+            tolerate: the fields in which an answer may differ and still count, of ``tracker.TOLERANCES``.
         """
         self.policy = policy
         self.codec = codec
@@ -72,9 +72,9 @@ class Link:
         self._window = window
         self._paces: dict[int | None, Pace] = {}
         self._queue: deque[tuple[QueuedCommand, asyncio.Future[InFlightCommand]]] = deque()
-        self._in_flight = 0
-        self._someone_alone = False
-        self._claims: dict[int, InFlightCommand] = {}
+        self._places_taken = 0
+        self._exclusive = False
+        self._in_flight: dict[int, InFlightCommand] = {}
         self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
         self._watcher: asyncio.TimerHandle | None = None
@@ -87,19 +87,19 @@ class Link:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop listening; whoever still waits gets ``LinkLostError``."""
+        """Stop listening; commands that still wait raise ``LinkLostError``."""
         if self._watcher:
             self._watcher.cancel()
         if self._reader:
             self._reader.cancel()
             await asyncio.wait([self._reader])
-        self._lose(LinkLostError("the link was closed"))
+        self._fail(LinkLostError("the link was closed"))
 
     async def closed(self) -> None:
-        """Wait until the robot is gone.
+        """Wait until the link is lost.
 
         Raises:
-            LinkLostError: it is.
+            LinkLostError: it was lost.
         """
         if self._reader:
             await asyncio.wait([self._reader])
@@ -113,8 +113,8 @@ class Link:
         return pace
 
     def room(self, target: int | None) -> int:
-        """Return how many more commands would go out to a node at once, were they asked now."""
-        if self._queue or self._someone_alone:
+        """Return how many more commands could be sent to a node right now."""
+        if self._queue or self._exclusive:
             return 0
         pace = self.pace(target)
         return max(0, min(self.limit, pace.window) - pace.in_flight)
@@ -128,20 +128,20 @@ class Link:
         expected: bool = False,
         before_sending: Callable[[], None] = _ignore,
     ) -> Exchange:
-        """Ask one command and wait for how that ends.
+        """Send one command and wait until it is answered, silent or blocked.
 
         Args:
-            command: what to ask.
+            command: what to send.
             timeout: seconds until it counts as silent, None for the node's pace.
-            alone: with nothing else in flight; always so above the ``probe`` class.
-            expected: an answer is sure to come, so that silence means that too much was asked at a time.
-            before_sending: called when it is about to go out; what it raises keeps it from doing so.
+            alone: send it with nothing else in flight; classes above ``probe`` are always sent like that.
+            expected: an answer is certain, so silence means that too many commands were in flight.
+            before_sending: called right before the frame is sent; if it raises, nothing is sent.
 
         Returns:
-            ``Blocked`` when the guard does not let it out, else ``Answered`` or ``Silent``.
+            ``Blocked`` when the policy blocks it, else ``Answered`` or ``Silent``.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
             ValueError: the command cannot be encoded.
         """
         risk, _, reason = self.policy.assess(command)
@@ -151,51 +151,54 @@ class Link:
         if risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
-        claim = await self._wait_in_line(QueuedCommand(command, timeout, alone, expected))
+        in_flight = await self._wait_for_place(QueuedCommand(command, timeout, alone, expected))
         try:
-            if reason := self.policy.assess(command).blocked:  # something was measured while it waited
+            if reason := self.policy.assess(command).blocked:  # a measurement may have ended while it waited
                 return self._blocked(command, risk, reason)
             before_sending()
             self.frames_sent += 1
-            self.events.tell(FrameSent, asyncio.get_running_loop().time(), claim.frame)
-            await self._transport.write(claim.frame)
-            return await claim.answer
+            self.events.tell(FrameSent, asyncio.get_running_loop().time(), in_flight.frame)
+            await self._transport.write(in_flight.frame)
+            return await in_flight.answer
         except LinkLostError as error:
-            self._lose(error)
+            self._fail(error)
             raise
         finally:
-            self._leave(claim)
+            self._release(in_flight)
 
     def _blocked(self, command: Command, risk: Risk, reason: str) -> Blocked:
         blocked = Blocked(command, risk, reason)
         self.events.tell(ExchangeEnded, asyncio.get_running_loop().time(), blocked)
         return blocked
 
-    async def _wait_in_line(self, queued: QueuedCommand) -> InFlightCommand:
-        """Wait for a place in the window, in the order of asking, and claim a sequence number."""
+    async def _wait_for_place(self, queued: QueuedCommand) -> InFlightCommand:
+        """Queue a command until the window has a place for it; return it with its sequence number."""
         if self._lost:
             raise self._lost
-        turn: asyncio.Future[InFlightCommand] = asyncio.get_running_loop().create_future()
-        self._queue.append((queued, turn))
+        place: asyncio.Future[InFlightCommand] = asyncio.get_running_loop().create_future()
+        self._queue.append((queued, place))
         self._admit()
         try:
-            return await turn
+            return await place
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled() and not turn.exception():
-                self._leave(turn.result())
-            self._admit()  # he may have held up those behind him
+            if place.done() and not place.cancelled() and not place.exception():
+                self._release(place.result())
+            self._admit()  # it may have held up the rest of the queue
             raise
 
     def _admit(self) -> None:
-        """Let the first in line go while there is a place and a number; who goes alone holds up the rest."""
+        """Move commands from the queue into the window while it has places and sequence numbers are free.
+
+        A command to be sent alone holds up the rest of the queue.
+        """
         loop = asyncio.get_running_loop()
-        now = loop.time()  # one moment for the whole look: what is not due by it gets a timer
+        now = loop.time()  # one moment for the whole loop: anything due later gets a timer
         while self._queue:
-            queued, turn = self._queue[0]
-            if turn.done():
+            queued, place = self._queue[0]
+            if place.done():
                 self._queue.popleft()
                 continue
-            if not self._may_go(queued) or self._tracker.free_at(queued.command, now) > now:
+            if not self._may_send(queued) or self._tracker.free_at(queued.command, now) > now:
                 break
             self._queue.popleft()
             pace = self.pace(queued.command.target)
@@ -203,31 +206,31 @@ class Link:
             try:
                 seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
             except ValueError as error:
-                turn.set_exception(error)
+                place.set_exception(error)
                 continue
-            self._in_flight += 1
-            self._someone_alone = queued.alone
+            self._places_taken += 1
+            self._exclusive = queued.alone
             pace.sent(seq, now=now)
-            self._claims[seq] = InFlightCommand(seq, frame, queued, loop.create_future())
-            turn.set_result(self._claims[seq])
+            self._in_flight[seq] = InFlightCommand(seq, frame, queued, loop.create_future())
+            place.set_result(self._in_flight[seq])
         self._watch(now)
 
-    def _may_go(self, queued: QueuedCommand) -> bool:
+    def _may_send(self, queued: QueuedCommand) -> bool:
         if queued.alone:
-            return self._in_flight == 0
+            return self._places_taken == 0
         pace = self.pace(queued.command.target)
-        return not self._someone_alone and pace.in_flight < min(self.limit, pace.window)
+        return not self._exclusive and pace.in_flight < min(self.limit, pace.window)
 
-    def _leave(self, claim: InFlightCommand) -> None:
-        """Give the place back; an answer that still comes is nobody's."""
-        if self._claims.get(claim.seq) is claim:
-            del self._claims[claim.seq]
-            self.pace(claim.queued.command.target).forget(claim.seq)
-        if not claim.answer.cancel() and not claim.answer.cancelled():
-            claim.answer.exception()  # seen: it may have come while the write was stuck
-        self._in_flight -= 1
-        if claim.queued.alone:
-            self._someone_alone = False
+    def _release(self, in_flight: InFlightCommand) -> None:
+        """Free a command's place; an answer that arrives later belongs to no waiting command."""
+        if self._in_flight.get(in_flight.seq) is in_flight:
+            del self._in_flight[in_flight.seq]
+            self.pace(in_flight.queued.command.target).forget(in_flight.seq)
+        if not in_flight.answer.cancel() and not in_flight.answer.cancelled():
+            in_flight.answer.exception()  # retrieve it: the command may have failed while the write was stuck
+        self._places_taken -= 1
+        if in_flight.queued.alone:
+            self._exclusive = False
         self._admit()
 
     async def _read(self) -> None:
@@ -239,13 +242,13 @@ class Link:
                 for event in self._tracker.hear(data, now=now):
                     self._deliver(event, now)
                 self._admit()
-        except Exception as error:  # noqa: BLE001 - raised again wherever somebody waits
-            self._lose(error)
+        except Exception as error:  # noqa: BLE001 - raised again in every waiting call
+            self._fail(error)
         else:
-            self._lose(LinkLostError("the robot closed the connection", _CLOSED))
+            self._fail(LinkLostError("the robot closed the connection", _CLOSED))
 
     def _watch(self, now: float) -> None:
-        """Set the one timer to what comes next: a deadline, or a rested number that somebody waits for."""
+        """Set the timer to the next deadline, or to when the first queued command gets a sequence number."""
         if self._watcher:
             self._watcher.cancel()
             self._watcher = None
@@ -262,8 +265,8 @@ class Link:
         try:
             for event in self._tracker.expire(now=now + _TICK):  # a timer may fire a hair early
                 self._deliver(event, now)
-        except Exception as error:  # noqa: BLE001 - raised again wherever somebody waits
-            self._lose(error)
+        except Exception as error:  # noqa: BLE001 - raised again in every waiting call
+            self._fail(error)
         self._admit()
 
     def _deliver(self, event: Exchange | Unsolicited, now: float) -> None:
@@ -277,31 +280,31 @@ class Link:
             case Answered() | Silent():
                 self._settle(event, now)
                 self.events.tell(ExchangeEnded, now, event)
-            case Blocked():  # never sent, so never heard of
+            case Blocked():  # never sent, so the tracker never reports it
                 pass
             case _:
                 self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
-        """Hand out how a command ended, and let its node's pace learn from it."""
-        claim = self._claims.pop(event.seq, None)
+        """Return how a command ended to its caller, and adapt the pace of its node."""
+        in_flight = self._in_flight.pop(event.seq, None)
         pace = self.pace(event.command.target)
         if isinstance(event, Answered):
             busy = self.codec.verdict(event.response.code) is Verdict.BUSY
             overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
-            by_pace = [seq for seq in overtaken if seq in self._claims and self._claims[seq].is_paced]
+            by_pace = [seq for seq in overtaken if seq in self._in_flight and self._in_flight[seq].is_paced]
             self._tracker.shorten_deadlines(by_pace, deadline=now + pace.grace)
         else:
-            expected = claim is not None and claim.queued.expected
+            expected = in_flight is not None and in_flight.queued.expected
             pace.silent(event.seq, event.waited, now=now, expected=expected)
-        if claim and not claim.answer.done():
-            claim.answer.set_result(event)
+        if in_flight and not in_flight.answer.done():
+            in_flight.answer.set_result(event)
 
-    def _lose(self, error: Exception) -> None:
-        """Tell everybody who waits, in line or for an answer."""
+    def _fail(self, error: Exception) -> None:
+        """Raise the error in every call that waits for a place or for an answer."""
         self._lost = self._lost or error
-        waiting: list[asyncio.Future[Any]] = [turn for _, turn in self._queue]
+        waiting: list[asyncio.Future[Any]] = [place for _, place in self._queue]
         self._queue.clear()
-        for future in (*waiting, *(claim.answer for claim in self._claims.values())):
+        for future in (*waiting, *(in_flight.answer for in_flight in self._in_flight.values())):
             if not future.done():
                 future.set_exception(self._lost)

@@ -1,30 +1,30 @@
-"""How fast one node may be asked: what is sent and how it ends come in, timeout and window come out. Pure."""
+"""Adapt the timeout and the window of one node to how it answers. It does no I/O; the caller passes times."""
 
 from typing import Final
 
 FIRST_TIMEOUT: Final = 1.0
-"""Seconds, as long as no answer was timed; and at least, for a command that does something."""
+"""Seconds until an answer was timed; also the minimum for a command that acts."""
 SHORTEST_TIMEOUT: Final = 0.1
 LONGEST_BACKOFF: Final = 3.0
-"""Seconds that silence alone may make the timeout."""
+"""Seconds up to which silence alone raises the timeout."""
 LONGEST_TIMEOUT: Final = 10.0
-"""Seconds that slow answers may make the timeout."""
+"""Seconds up to which slow answers raise the timeout."""
 LATE_MARGIN: Final = 1.25
 """Factor on the time that a late answer took."""
 GRAIN: Final = 0.05
-"""Seconds that the timeout is above the smoothed round trip at least (``G`` of RFC 6298)."""
+"""Seconds by which the timeout exceeds the smoothed round trip at least (``G`` of RFC 6298)."""
 GRACE: Final = 0.01
-"""Seconds at least for which an overtaken command is waited for."""
+"""Minimum seconds to wait for an overtaken command."""
 SHORTEST_LAST_TRY: Final = 0.25
-"""Seconds at least for a command that is waited for longest: it may be slower than an echo."""
+"""Minimum timeout in seconds of the last attempt: a command may be slower than an echo."""
 BACKOFF: Final = 1.5
-"""Factor on the timeout after a silence, until an answer is timed again."""
+"""Factor by which each silence raises the timeout, until an answer is timed again."""
 MAX_ATTEMPTS: Final = 3
 """How often a command that should be answered is sent."""
 SLOW_START: Final = 4
-"""Up to here the window grows by one with each answer, beyond it by one with each window of answers."""
+"""Up to this size the window grows by one per answer, above it by one per window of answers."""
 WIDEST: Final = 12
-"""Commands in flight at most: what two connection events of a fast BLE link carry either way."""
+"""The most commands in flight: what two connection events of a fast BLE link carry either way."""
 
 _SMOOTHING, _VARIATION = 1 / 8, 1 / 4
 
@@ -32,17 +32,17 @@ _SMOOTHING, _VARIATION = 1 / 8, 1 / 4
 class Pace:
     """The pace of one node; ``now`` is any clock in seconds that does not run backwards.
 
-    A robot serves its commands in order. So whatever was sent before an answered command was served, too: it
-    takes no place in the window any more, though its own answer may still come.
+    A robot serves its commands in order. So all commands sent before an answered one were served, too. They
+    take no place in the window any more, though their own answers may still arrive.
 
     Attributes:
         timeout: seconds until a command counts as silent: the smoothed round trip and four variations of it
-            [RFC 6298], but at least two round trips, as a window that opens makes them longer.
+            [RFC 6298], but at least two round trips, as a growing window makes them longer.
         round_trip: smoothed, in seconds; None until an answer was timed.
     """
 
     def __init__(self, timeout: float | None = None, window: int | None = None) -> None:
-        """Take a timeout and a window that never change, None for those that adapt."""
+        """Fix the timeout or the window; None lets it adapt."""
         self.timeout = FIRST_TIMEOUT if timeout is None else timeout
         self.round_trip: float | None = None
         self._fixed_timeout = timeout is not None
@@ -64,37 +64,37 @@ class Pace:
         return len(self._sent)
 
     def sent(self, seq: int, *, now: float) -> None:
-        """Take in that a command goes out."""
+        """Record that a command is sent."""
         self._sent[seq] = now
         if self.in_flight >= self.window:
             self._full_at = now
 
     @property
     def last_try_timeout(self) -> float:
-        """Seconds for a command that no answer to a later one cuts short."""
+        """Timeout in seconds of the last attempt, which an answer to a later command does not shorten."""
         return self.timeout if self._fixed_timeout else max(SHORTEST_LAST_TRY, self.timeout)
 
     @property
     def grace(self) -> float:
-        """Seconds for which an overtaken command is waited for."""
+        """Seconds to wait for an overtaken command."""
         return max(GRACE, 4 * self._variation)
 
     def answered(self, seq: int, round_trip: float, *, now: float, busy: bool = False) -> list[int]:
-        """Take in an answer; return the numbers of the commands that it overtook.
+        """Record an answer; return the sequence numbers of the commands that it overtook.
 
         Args:
             seq: the command's number.
-            round_trip: seconds since it was sent; each attempt has a number of its own, so it is true.
+            round_trip: seconds since it was sent. Each attempt has its own sequence number, so this is exact.
             now: the time.
-            busy: the node says that it is asked too much.
+            busy: the node answered that it is busy.
         """
         sent = self._sent.get(seq, now - round_trip)
-        if busy:  # refused at the door: it overtook nothing, and its round trip says nothing of served ones
+        if busy:  # rejected unserved: it overtook nothing, and its round trip is not that of a served command
             self.forget(seq)
             self._narrow(sent, now)
             return []
         self._time(round_trip)
-        if sent <= self._full_at:  # a window that was not filled proves nothing
+        if sent <= self._full_at:  # only a full window shows that the node keeps up
             grown = 1.0 if self._window < self._threshold else 1 / self._window
             self._window = min(WIDEST, self._window + grown)
         overtaken: list[int] = []
@@ -106,13 +106,13 @@ class Pace:
         return overtaken
 
     def silent(self, seq: int, waited: float, *, now: float, expected: bool = False) -> None:
-        """Take in that no answer came in time.
+        """Record that no answer arrived in time.
 
         Args:
             seq: the command's number.
             waited: seconds since it was sent.
             now: the time.
-            expected: an answer was sure to come, so too much was asked at a time.
+            expected: an answer was certain, so too many commands were in flight.
         """
         sent = self._sent.get(seq, now - waited)
         if seq in self._sent and sent >= self._slowed_at and not self._fixed_timeout:
@@ -123,7 +123,7 @@ class Pace:
             self._narrow(sent, now)
 
     def answered_late(self, took: float) -> None:
-        """Take in that an answer came after its command counted as silent: be more patient from now on.
+        """Record that an answer arrived after its command counted as silent, and raise the timeout.
 
         Args:
             took: seconds since the command was sent.
@@ -132,11 +132,11 @@ class Pace:
             self.timeout = max(self.timeout, min(LONGEST_TIMEOUT, LATE_MARGIN * took))
 
     def forget(self, seq: int) -> None:
-        """Take in that nobody waits for a command any more."""
+        """Record that a command is not waited for any more."""
         self._sent.pop(seq, None)
 
     def _narrow(self, sent: float, now: float) -> None:
-        """Halve the window, once for all that was sent before it took effect."""
+        """Halve the window, once for all commands that were sent before that took effect."""
         if sent >= self._narrowed_at:
             self._window = self._threshold = max(1.0, self._window / 2)
             self._narrowed_at = now

@@ -1,7 +1,7 @@
-"""The one gate: it decides what may be sent to a robot.
+"""Decide which commands may be sent to a robot.
 
-Everything that is sent passes ``Policy.assess``. What a command may do is judged from the
-catalogue and from what calibration measured; where both are silent, the more dangerous class is taken.
+Every command passes ``Policy.assess`` before it is sent. Its risk class follows from the catalogue and from
+what calibration measured; where neither says enough, the more dangerous class counts.
 """
 
 from collections import Counter
@@ -31,9 +31,9 @@ IMPOSSIBLE_DIDS: Final = (0xEE, 0xED, 0xEC)
 IMPOSSIBLE_CIDS: Final = (0xFD, 0xFC, 0xFB)
 """Command ids far from any that a device is known to have."""
 NEIGHBOURHOOD: Final = 2
-"""An unknown command this close to a variable-length persist or brick command takes its class."""
+"""An unknown command with an id this close to a variable-length persist or brick command gets its class."""
 _KEPT: Final = 1024
-"""Assessments that a policy keeps."""
+"""Assessments that a policy caches."""
 
 
 class Assessment(NamedTuple):
@@ -41,8 +41,8 @@ class Assessment(NamedTuple):
 
     Attributes:
         risk: the class.
-        reason: why it is that class, a phrase.
-        blocked: why it must not be sent and which flag allows it; empty when it may be sent.
+        reason: why it has that class, a phrase.
+        blocked: why the policy blocks it and which flag allows it; empty when it may be sent.
     """
 
     risk: Risk
@@ -51,10 +51,10 @@ class Assessment(NamedTuple):
 
 
 class Consent(NamedTuple):
-    """What a person has allowed.
+    """What the user has allowed.
 
     Attributes:
-        allowed: risk classes; each is allowed by its own name.
+        allowed: risk classes; allowing one allows no other.
         confirmed: the robot's name, typed in full; needed for ``brick``.
     """
 
@@ -79,7 +79,7 @@ class Consent(NamedTuple):
 
 
 def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[str]) -> str | None:
-    """Return why a command of this class is withheld and which flag allows it, None when it may go.
+    """Return why a command of this class is blocked and which flag allows it, None when it may be sent.
 
     Args:
         assessment: what the command may do.
@@ -93,17 +93,17 @@ def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[
             flag += " --confirm NAME-OF-ROBOT"
         return f"{risk.word}: {reason} ({flag})"
     if risk is Risk.BRICK and (not consent.confirmed or consent.confirmed not in set(robot_names)):
-        return f"brick: {reason} (--confirm wants this robot's name)"
+        return f"brick: {reason} (--confirm needs this robot's name)"
     return None
 
 
 class Policy:
-    """The gate of one link: consent, the robot's catalogue, and what was measured on the robot.
+    """What one link may send, by consent, the robot's catalogue, and what was measured on the robot.
 
     Attributes:
-        consent: what a person has allowed.
+        consent: what the user has allowed.
         generation: the robot's protocol.
-        robot: the model, None where it is not known.
+        robot: the model, None if it is not known.
         length_checks: what was measured about length checks.
     """
 
@@ -133,12 +133,12 @@ class Policy:
     def implying(self, risk: Risk, *commands: Command) -> Iterator[None]:
         """Allow a class for exactly these commands while the block lasts, whatever the consent.
 
-        Asking for a LED's colour implies writing it; a command that may have started the motors implies
-        stopping them. Blocks may be nested and may overlap.
+        For example, a user who asks for a LED colour also allows the command that sets it. Blocks may be
+        nested and may overlap.
 
         Args:
-            risk: the class; a command that is assessed as another one stays blocked.
-            commands: payload and node included; no other command profits.
+            risk: the class; a command of another class stays blocked.
+            commands: with payload and node; no other command is allowed by this.
         """
         implied = Counter((command, risk) for command in commands)
         self._implied.update(implied)
@@ -152,7 +152,7 @@ class Policy:
     def assess(self, command: Command) -> Assessment:
         """Return what sending this command may do, payload and node included, and whether it may be sent.
 
-        The last assessments are kept until ``revision`` changes: asking again costs little.
+        Assessments are cached until ``revision`` changes.
         """
         if self._revision != self.revision:
             self._revision = self.revision
@@ -183,7 +183,7 @@ class Policy:
         return max((self._assess_row(command, row) for row in rows), key=lambda assessed: assessed.risk)
 
     def _assess_row(self, command: Command, row: CommandRow) -> Assessment:
-        """Judge by what one row says that the pair means; where several may apply, the worst counts."""
+        """Assess a command by one of its catalogue rows."""
         if row.kind is Kind.NOTIFICATION:
             return self._assess_unknown(command)
         if row.risk is Risk.READ:
@@ -193,7 +193,7 @@ class Policy:
         if row.request.accepts(len(command.payload)):
             return Assessment(row.risk, row.name)
         if row.risk > Risk.WRITE:
-            return Assessment(row.risk, f"{row.name}: documented, not asked at a wrong length")
+            return Assessment(row.risk, f"{row.name}: documented, not sent at a wrong length")
         if self.length_checks.is_strict(command.target):
             return Assessment(Risk.PROBE, f"{row.name} at a length it does not take")
         return Assessment(row.risk, f"{row.name} on a robot not known to check lengths")
@@ -216,12 +216,12 @@ class Policy:
         return by_payload
 
     def _assess_by_payload(self, command: Command) -> Assessment:
-        """Judge an unknown command by whether it may accept these bytes."""
+        """Assess an unknown command by whether it may accept these bytes."""
         did, payload = command.did, command.payload
         if not is_wrong_length(command, None):
             reason = "unknown command with a payload that it may accept"
             if not payload and did in NO_EMPTY_PROBE_DEVICES[self.generation]:
-                reason = f"unknown command without payload, as the erasing ones of 0x{did:02x} take it"
+                reason = f"unknown command without payload, like the erasing commands of 0x{did:02x}"
             return Assessment(self._worst_of(did), reason)
         checks, target = self.length_checks, command.target
         if not checks.is_strict(target):
@@ -230,9 +230,9 @@ class Policy:
             )
             return Assessment(self._worst_of(did), f"unknown command on a robot {why}")
         if checks.is_uninformative(target, did):
-            why = "unknown command of a device that says yes to commands that cannot exist"
+            why = "unknown command of a device that accepts commands that cannot exist"
             return Assessment(self._worst_of(did), why)
-        if self._is_hazardous(did) and not checks.refusals(target, did):
+        if self._is_hazardous(did) and not checks.rejections(target, did):
             why = (
                 "unknown command of a device that moves or stores; no command of it was seen to check lengths"
             )
@@ -271,21 +271,21 @@ def _open_ended_neighbours(generation: Generation) -> dict[tuple[int, int], Comm
 
 
 def is_wrong_length(command: Command, row: CommandRow | None) -> bool:
-    """Whether a command is harmless only where its node refuses wrong lengths without executing.
+    """Whether a command is harmless only if its node rejects wrong lengths without executing.
 
     Args:
         command: with its payload.
-        row: what is known of the pair, None where nothing is.
+        row: the catalogue's row of the command, None if there is none.
     """
     length = len(command.payload)
     if row is None or row.kind is Kind.NOTIFICATION:
         return length in WRONG_LENGTHS and not any(command.payload)
-    refusable = row.request is not None and not row.request.accepts(length)
-    return refusable and row.risk is Risk.WRITE
+    rejectable = row.request is not None and not row.request.accepts(length)
+    return rejectable and row.risk is Risk.WRITE
 
 
 def is_impossible(command: Command) -> bool:
-    """Whether this is a probe of a command that cannot exist: such probes show what a robot says to those."""
+    """Whether this is a probe of a command that cannot exist, sent to see how the robot answers it."""
     payload = command.payload
     if len(payload) not in (0, *WRONG_LENGTHS) or any(payload):
         return False

@@ -1,4 +1,4 @@
-"""What stands in line for a robot, and what has got a place in the window, as values for a link."""
+"""The commands of a link that wait to be sent, and those in flight, as values."""
 
 import asyncio
 from typing import NamedTuple
@@ -8,13 +8,13 @@ from sphero_probe.protocol.packets import Command
 
 
 class QueuedCommand(NamedTuple):
-    """What somebody wants asked, and how.
+    """A command that waits for a place in the window.
 
     Attributes:
-        command: what to ask.
+        command: what to send.
         timeout: seconds until it counts as silent, None for the node's pace.
-        alone: with nothing else in flight.
-        expected: an answer is sure to come.
+        alone: send it with nothing else in flight.
+        expected: an answer is certain.
     """
 
     command: Command
@@ -24,13 +24,13 @@ class QueuedCommand(NamedTuple):
 
 
 class InFlightCommand(NamedTuple):
-    """A place in the window.
+    """A command that has a place in the window.
 
     Attributes:
-        seq: the sequence number that goes with it.
-        frame: what to send.
-        queued: whose place it is.
-        answer: where the answer will be.
+        seq: its sequence number.
+        frame: the bytes to send.
+        queued: the command and how to send it.
+        answer: resolves to how it ended.
     """
 
     seq: int
@@ -40,5 +40,5 @@ class InFlightCommand(NamedTuple):
 
     @property
     def is_paced(self) -> bool:
-        """Whether nobody named a timeout for it."""
+        """Whether its timeout is that of the node's pace."""
         return self.queued.timeout is None

@@ -1,4 +1,4 @@
-"""Describes unsolicited packets, in the one JSON shape that ``listen`` and the notes of a run share."""
+"""Describe unsolicited packets as JSON, the same for ``listen`` and for the notes of a run."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,11 +15,11 @@ from sphero_probe.protocol.packets import Command, Verdict
 def describe_unsolicited(
     link: Link, listener: Callable[[Unsolicited, dict[str, object]], None]
 ) -> Iterator[None]:
-    """Tell a listener of everything unsolicited while the context lasts, also after a reconnect.
+    """Call a listener for every unsolicited packet while the context lasts, also after a reconnect.
 
     Each description has ``time``, when it arrived in RFC 3339 UTC, and the keys of ``packet_json``; a late
-    response is described as a response. Sensor streams are decoded by the masks that the robot was seen to
-    accept since the context was entered.
+    response is described as a response. Sensor streams are decoded by the masks that the robot accepted since
+    the context was entered.
 
     Args:
         link: to the robot.

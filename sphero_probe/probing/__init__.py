@@ -1,4 +1,4 @@
-"""Plans in, findings out. The main class is ``engine.Engine``: one plan, asked of one robot.
+"""Run plans on a robot and judge the answers. The main class is ``engine.Engine``: it runs one plan.
 
 Theory of operation
 ===================
@@ -8,33 +8,32 @@ payload, what the catalogue knows), its node and device are *calibrated* where t
 (``calibrator``, ``calibration``, ``device_calibration``), and it is *prepared*: assessed once by
 ``link.policy``. What the policy blocks becomes a finding at once. The rest goes to
 ``pipeline.Pipeline``, which returns settled probes; ``judge`` makes each one a finding.
-``recorder`` is told of every intent before a frame is sent, and of every finding as soon as it is
-made.
+``recorder`` records every intent before its frame is sent, and every finding as soon as it is made.
 
 The pipeline keeps the robot busy. ``scheduler`` decides what is sent next, ``inflight`` holds what
-has no answer yet, ``attempt`` and ``retries`` hold what became of a probe so far.
+has no answer yet, ``attempt`` and ``retries`` hold what happened to a probe so far.
 
 *What a health check proves.* Every few probes, ``health`` sends an echo with a nonce and a command
-that is known to be absent. A robot serves its commands in order; so a check that passes confirms
-every answer to what was sent before it, and that what was not answered by then was really not
-answered (``confirmation``). A check that fails voids all of that: the robot slept, rebooted or
-changed its mode. It is woken (``recovery``) and asked again; a node that does not recover is given
-up, and its probes end as inconclusive.
+that is known to be absent. A robot serves its commands in order. So a check that passes confirms the
+answers and the silences of everything that was sent before it (``confirmation``). A check that fails
+voids them: the robot slept, rebooted or changed its mode. Then the robot is woken (``recovery``) and
+the voided probes are sent again. A node that does not recover is given up, and its probes end as
+inconclusive.
 
-*When silence counts.* A silent probe is sent again until chance does not explain its silence any
-more, measured by what the link was seen to lose (``retries.LossEstimate``), each time with a passed
-health check behind it. It stays inconclusive where bytes came that may be its answer
+*When silence counts.* A silent probe is sent again until chance no longer explains its silence, given
+how much the link loses (``retries.LossEstimate``). Each silence counts only once a health check
+after it has passed. It stays inconclusive where bytes arrived that may be its answer
 (``near_misses``), where its class forbids a retry, and where its node answers no health check. At
-the end of a run all silent probes are waited for together (``late_answers``).
+the end of a run the engine waits once for late answers to all silent probes (``late_answers``).
 
-*What a dropped link does.* ``session.reconnect`` opens it again to the same robot. Probes that were
-in flight are then sent alone (``dropped``): the one that drops the link twice is the suspect and is
-not sent a third time. What may have been executed is never sent again.
+*What a dropped link does.* ``session.reconnect`` connects to the same robot again. Probes that were in
+flight are then sent alone (``dropped``). The one that drops the link twice is the suspect and is not
+sent a third time. A command that may have been executed is never sent again.
 
-*What a wrong length proves.* Unknown commands get a length that no command takes. Firmware checks
-lengths handler by handler, so each device is measured first: its documented reads and harmless
-setters get surplus bytes, and a command that cannot exist shows which answers prove nothing there.
-Until two existing commands of a device refused a wrong length, one such probe is in flight. The
-first that is accepted was executed (``executions``): it is reported first, and no further wrong
-length is sent to that node.
+*What a wrong length proves.* Unknown commands get a length that no command takes. Each
+command handler of a firmware checks lengths by itself, so each device is measured first: its documented reads
+and harmless setters get surplus bytes, and a command that cannot exist shows which answers prove nothing
+there. Until two existing commands of a device have rejected a wrong length, only one such probe is in flight.
+A command that accepts a wrong length was executed (``executions``). This is reported at once, and no
+further wrong length is sent to that node.
 """

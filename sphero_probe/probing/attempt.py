@@ -1,4 +1,4 @@
-"""A probe on its way: prepared once before it is sent, and how sending it ended."""
+"""A probe that is ready to be sent, and its result, as values."""
 
 from typing import NamedTuple
 
@@ -9,17 +9,17 @@ from sphero_probe.protocol.packets import Command
 
 
 class PreparedProbe(NamedTuple):
-    """A probe made ready.
+    """A probe that is ready to be sent.
 
     Attributes:
         number: its place in the run, from 1.
         command: with node and payload filled in.
         risk: the class of sending it.
-        knowledge: the catalogue's row for this robot, None where there is none.
-        blocked: why it must not be sent, empty when it may.
-        is_last_try: it gets the whole timeout, whatever is answered meanwhile.
-        is_wrong_length: it is harmless only if the command refuses its length.
-        may_exist: the catalogue or the robot's own list names the command: a wrong length may reach it.
+        knowledge: the catalogue's row for this robot, None if there is none.
+        blocked: why the policy blocks it, empty when it may be sent.
+        is_last_try: it gets the whole timeout, even if later commands are answered meanwhile.
+        is_wrong_length: it is harmless only if the command rejects its length.
+        may_exist: the catalogue or the robot's own list has the command, so a wrong length may reach it.
     """
 
     number: int
@@ -33,12 +33,12 @@ class PreparedProbe(NamedTuple):
 
     @property
     def is_expected(self) -> bool:
-        """Whether an answer is sure to come: it is a documented query."""
+        """Whether an answer is certain, because it is a documented query."""
         return self.knowledge is not None and self.knowledge.risk is Risk.READ and self.risk is Risk.READ
 
 
 class ProbeResult(NamedTuple):
-    """How asking a probe ended, and how often it went out for that."""
+    """How a probe ended, and how often it was sent."""
 
     exchange: Exchange
     attempts: int

@@ -1,8 +1,8 @@
-"""How strictly a node checks lengths, measured on documented reads.
+"""Measure how strictly a node checks lengths, with documented reads.
 
-A wrong-length probe is harmless only where the firmware refuses the length before it executes. So documented
-reads get surplus bytes first: at worst a read runs. Only a node that refused them all gets other probes of a
-wrong length, and what it called absent is asked again at other lengths.
+A wrong-length probe is harmless only where the firmware rejects the length before it executes. So documented
+reads get surplus bytes first: at worst a read is executed. Only a node that rejects them all gets other
+probes of a wrong length. Commands that it calls absent are sent again at other lengths.
 """
 
 import asyncio
@@ -23,15 +23,15 @@ from sphero_probe.session.reconnect import Reconnector
 _READS_WANTED: Final = 3
 _READS_TRIED: Final = 8
 _READ_ATTEMPTS: Final = 2
-"""How often a silent read is asked; the next one takes its place."""
+"""How often a silent read is sent before the next read replaces it."""
 _OTHER_LENGTHS: Final = (40, 0)
 
 
 class Calibration:
-    """Measures one node over a link; the policy learns what was measured."""
+    """Measures one node, and tells the policy the result."""
 
     def __init__(self, line: Reconnector, target: int | None, dids: Collection[int] = ()) -> None:
-        """Take the node.
+        """Choose the node.
 
         Args:
             line: to the robot.
@@ -46,10 +46,10 @@ class Calibration:
         self._executed: Command | None = None
 
     async def measure(self) -> NodeProfile:
-        """Ask the calibration probes and conclude.
+        """Send the calibration probes and draw the conclusion.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         checks = self._line.link.policy.length_checks
         if checks.is_lenient(self._target):
@@ -75,10 +75,10 @@ class Calibration:
                 checks.distrust(self._target)
                 return self._conclude(Strictness.LENIENT, f"{row.name} runs with surplus bytes")
             if reply.verdict is not Verdict.BAD_LENGTH:
-                return self._conclude(Strictness.UNKNOWN, f"{row.name} does not refuse surplus bytes as such")
+                return self._conclude(Strictness.UNKNOWN, f"{row.name} does not reject surplus bytes as such")
         checks.trust(self._target)
         for probe in surplus:
-            checks.take_refusal(probe)
+            checks.add_rejection(probe)
         if why := await self._setter_without_arguments():
             checks.distrust(self._target)
             return self._conclude(Strictness.LENIENT, why)
@@ -91,7 +91,7 @@ class Calibration:
         return self._conclude(strictness, why)
 
     async def _reads_that_answer(self) -> tuple[list[CommandRow], set[Verdict | None]]:
-        """Return some reads that succeed, and every verdict that was seen on the way."""
+        """Return some reads that succeed, and every verdict seen."""
         robot = self._line.link.policy.robot
         rows = commands_of(robot) if robot else all_rows(self._line.link.codec.generation)
         reads = [
@@ -111,11 +111,11 @@ class Calibration:
         return found, verdicts
 
     def _order(self, row: CommandRow) -> tuple[bool, bool]:
-        """Put reads of the devices to be probed first, and those whose answer has a fixed length."""
+        """Sort key: reads of the devices to be probed first, then reads whose answer has a fixed length."""
         return row.did not in self._dids, not row.response or not row.response.fixed_length
 
     async def _setter_without_arguments(self) -> str:
-        """Send the lamps' setter without arguments; return why that speaks against the node, or nothing."""
+        """Send the LED setter without arguments; return why the node is lenient, empty if it is not."""
         policy = self._line.link.policy
         leds = policy.robot.leds if policy.robot else None
         node = Address.from_byte(self._target or PRIMARY).node
@@ -124,14 +124,14 @@ class Calibration:
         command = Command(leds.did, leds.cid, b"", self._target)
         reply = await self._questions.ask(command, "bad data length")
         if reply.verdict is Verdict.BAD_LENGTH:
-            policy.length_checks.take_refusal(command)
+            policy.length_checks.add_rejection(command)
         if reply.verdict not in ACCEPTED:
             return ""
         self._executed = command
         return "a setter runs without its arguments"
 
     async def _codes_on_demand(self) -> None:
-        """Have the robot answer with each code where it can; the answers are evidence."""
+        """Ask the robot to answer with each error code, if it can; the answers are evidence."""
         robot = self._line.link.policy.robot
         row = row_for(self._line.link.codec.generation, WellKnown.ERROR_ON_DEMAND)
         if robot is None or row is None or robot.key not in row.nodes:
@@ -141,30 +141,30 @@ class Calibration:
         await self._questions.ask_all(commands, *map(self._line.link.codec.code_name, codes))
 
     async def _other_lengths(self, *pairs: Command) -> tuple[Strictness, str]:
-        """Send pairs that were called absent at other lengths."""
+        """Send commands that were called absent at other lengths."""
         commands = [pair._replace(payload=bytes(length)) for pair in pairs for length in _OTHER_LENGTHS]
-        for asked, reply in zip(commands, await self._questions.ask_all(commands, "absent"), strict=True):
+        for command, reply in zip(commands, await self._questions.ask_all(commands, "absent"), strict=True):
             if reply.verdict is Verdict.BAD_LENGTH:
-                why = f"{len(asked.payload)} bytes are refused even where no command exists"
+                why = f"{len(command.payload)} bytes are rejected even where no command exists"
                 return Strictness.MASKING, why
             if reply.verdict not in GONE:
-                why = f"an absent command answers {len(asked.payload)} bytes differently"
+                why = f"an absent command answers {len(command.payload)} bytes differently"
                 return Strictness.UNKNOWN, why
-        return Strictness.STRICT, "surplus bytes are refused, and only where a command exists"
+        return Strictness.STRICT, "surplus bytes are rejected, and only where a command exists"
 
     @staticmethod
     def _without_absent(verdict: Verdict | None) -> tuple[Strictness, str]:
-        """Conclude on a node that calls nothing absent, by what it says of commands that cannot exist."""
+        """Draw the conclusion on a node that calls nothing absent."""
         if verdict is None:
             return Strictness.MASKING, "commands that cannot exist are not answered"
         if verdict is Verdict.BAD_LENGTH:
-            return Strictness.MASKING, "a wrong length is refused even where no command exists"
+            return Strictness.MASKING, "a wrong length is rejected even where no command exists"
         return Strictness.MASKING, f"commands that cannot exist are answered: {verdict.value}"
 
     async def _find_absent(self, candidates: list[Command], *wanted: Verdict) -> tuple[Command | None, Reply]:
         """Return the first candidate that the node calls absent, and the last reply.
 
-        Any length may then be sent to what was called absent.
+        The policy then allows any length for a command that was called absent.
         """
         reply = Reply(None)
         for candidate in candidates:
@@ -172,7 +172,7 @@ class Calibration:
             reply = await self._questions.ask(probe, wanted[0].value)
             if reply.verdict in wanted:
                 absent = candidate._replace(target=self._target)
-                self._line.link.policy.length_checks.take_as_absent(absent)
+                self._line.link.policy.length_checks.mark_absent(absent)
                 self._absent = absent
                 return absent, reply
         return None, reply

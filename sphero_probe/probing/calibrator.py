@@ -1,4 +1,4 @@
-"""What must be calibrated before which probes, and doing it."""
+"""Decide which nodes and devices must be calibrated before the probes of a stage, and calibrate them."""
 
 from collections.abc import Collection, Container, Mapping, Sequence
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from sphero_probe.probing.prober import FilledProbe, Prober
 
 
 class Wanted(NamedTuple):
-    """What must be calibrated.
+    """The nodes and devices to calibrate.
 
     Attributes:
         nodes: address byte -> devices of that node that will be probed.
@@ -27,7 +27,7 @@ class Calibrator:
     """Calibrates the nodes and devices of one run, each once.
 
     Attributes:
-        filled: number -> probes that were filled in while looking for what must be calibrated.
+        filled: number -> probes that ``find_wanted`` filled in.
     """
 
     def __init__(self, prober: Prober, executions: Executions, *, verify: bool) -> None:
@@ -37,17 +37,16 @@ class Calibrator:
         self._verify = verify
         self._noted: set[int | None] = set()
 
-    def look_through(self, probes: Sequence[Probe], first: int, settled: Container[int]) -> Wanted:
+    def find_wanted(self, probes: Sequence[Probe], first: int, settled: Container[int]) -> Wanted:
         """Return which nodes and devices must be measured before these probes.
 
-        Nothing is measured for documented commands at their own length, except on the usual node of a run
-        that verifies its findings.
-        Of each node, probes are filled in until one depends on its length checks.
+        Documented commands at their own length need no measurement, except on the usual node of a run that
+        verifies its findings. For each node, probes are filled in until one depends on its length checks.
 
         Args:
             probes: of one stage.
             first: number of the first.
-            settled: numbers that are not sent any more.
+            settled: numbers of probes that will not be sent.
         """
         nodes: dict[int | None, set[int]] = {}
         dids: dict[int | None, set[int]] = {}
@@ -71,7 +70,7 @@ class Calibrator:
         """Measure nodes and devices.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         executed = [
             (await self._prober.calibrate(target, dids)).executed
@@ -85,7 +84,7 @@ class Calibrator:
         await self._executions.report()
 
     def notes(self, wanted: Wanted) -> list[Note]:
-        """Return what was found on nodes and devices that were just measured."""
+        """Return the notes on nodes and devices that were just measured."""
         robot = self._prober.link.policy.robot
         notes: list[Note] = []
         for target in wanted.nodes:

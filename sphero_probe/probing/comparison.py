@@ -1,4 +1,4 @@
-"""What was found beside what the robot claims to have and what catalogues know."""
+"""Compare the findings with the robot's own list of commands and with the catalogue."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,7 +17,7 @@ _Triple = tuple[int | None, int, int]
 
 
 class Claims(NamedTuple):
-    """What a robot lists as its own.
+    """The devices and commands that a robot lists as its own.
 
     Attributes:
         nodes: nodes that listed their devices.
@@ -33,24 +33,24 @@ class Claims(NamedTuple):
 
 
 def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
-    """Return what differs: hidden (not claimed), ghost (claimed, absent), unknown (in no catalogue).
+    """Return the differences: hidden (not listed), ghost (listed but absent), unknown (in no catalogue).
 
-    A node that listed its devices claims nothing in the others. Devices that are claimed and absent are
-    ghosts with all that they listed.
+    A node that listed its devices claims to have no others. A listed device that is absent is a ghost, and so
+    are all commands that it listed.
 
     Args:
         findings: of a run.
         codec: whose codes the answers carry.
 
     Returns:
-        A note, None where the robot claimed nothing and everything is known.
+        A note, None if nothing differs.
     """
     claims = _claims(findings, codec)
     exists = [finding for finding in findings if finding.outcome is Outcome.EXISTS]
     absent = {_triple(finding) for finding in findings if finding.outcome is Outcome.ABSENT}
     gone = _absent_devices(findings, codec)
     hidden = dict.fromkeys(triple for triple in map(_triple, exists) if _is_hidden(triple, claims))
-    ghosts = sorted((one for one in claims.commands if one in absent or one[:2] in gone), key=str)
+    ghosts = sorted((triple for triple in claims.commands if triple in absent or triple[:2] in gone), key=str)
     unknown = dict.fromkeys(_triple(finding) for finding in exists if finding.knowledge is None)
     ghost_devices = sorted(claims.devices & gone, key=str)
     if not (hidden or ghosts or unknown or ghost_devices):
@@ -113,7 +113,7 @@ def _successes(findings: Iterable[Finding], codec: Codec) -> Iterator[tuple[Find
 
 
 def _absent_devices(findings: Iterable[Finding], codec: Codec) -> set[_Device]:
-    """Return the devices whose every answer was that there is no such device."""
+    """Return the devices that answered every probe with 'no such device'."""
     verdicts: defaultdict[_Device, set[Verdict]] = defaultdict(set)
     for finding in findings:
         exchange = finding.exchange

@@ -1,6 +1,7 @@
-"""Which canary proves what: endings and canaries come in as they happen, what is proved comes out.
+"""Keep track of which results are confirmed by a passed health check.
 
-A robot serves its commands in order. So a canary that sings proves everything that was sent before it.
+A robot serves its commands in order. So a health check that passes confirms everything that was sent before
+it.
 """
 
 from typing import NamedTuple
@@ -10,11 +11,11 @@ from sphero_probe.probing.retries import SettledProbe
 
 
 class Confirmed(NamedTuple):
-    """Probes that ended.
+    """Probes whose result a health check confirmed.
 
     Attributes:
-        answered: those with an answer.
-        silent: those without one.
+        answered: probes with an answer.
+        silent: probes without one.
     """
 
     answered: list[SettledProbe]
@@ -22,10 +23,10 @@ class Confirmed(NamedTuple):
 
 
 class Confirmations:
-    """What was sent before a canary is proved once that canary sang.
+    """Results that wait for a health check that was sent after their probe.
 
     Attributes:
-        checks: how many were sent so far; what is sent now is proved by the next.
+        checks: how many health checks were sent so far; the next one confirms what is sent now.
     """
 
     def __init__(self) -> None:
@@ -36,17 +37,17 @@ class Confirmations:
         self._confirmed_to = 0
 
     def __bool__(self) -> bool:
-        """Whether anything is left to be proved."""
+        """Whether any result is not confirmed yet."""
         return bool(self._answered or self._silent)
 
     @property
     def nodes(self) -> set[int | None]:
-        """Addresses of the nodes with something left to be proved."""
-        answered = {settled.asked.command.target for _, settled in self._answered}
-        return answered | {asked.command.target for _, asked in self._silent}
+        """Addresses of the nodes with results that are not confirmed yet."""
+        answered = {settled.probe.command.target for _, settled in self._answered}
+        return answered | {probe.command.target for _, probe in self._silent}
 
     def answer(self, settled: SettledProbe, stamp: int) -> Confirmed:
-        """Take in an answer; return what that settles.
+        """Add an answer; return what is confirmed now.
 
         Args:
             settled: the probe and its answer.
@@ -55,38 +56,38 @@ class Confirmations:
         self._answered.append((stamp, settled))
         return self._confirmed()
 
-    def silence(self, asked: PreparedProbe, stamp: int) -> Confirmed:
-        """Take in that a probe stayed silent; return what that settles.
+    def silence(self, probe: PreparedProbe, stamp: int) -> Confirmed:
+        """Add a probe that stayed silent; return what is confirmed now.
 
         Args:
-            asked: the probe.
+            probe: the probe.
             stamp: what ``checks`` was when it was sent.
         """
-        self._silent.append((stamp, asked))
+        self._silent.append((stamp, probe))
         return self._confirmed()
 
     def send(self, questions: int) -> int:
-        """Take in that a canary of so many questions is sent; return its number."""
+        """Record that a health check of so many questions is sent; return its number."""
         self.checks += 1
         self._open[self.checks] = questions
         return self.checks
 
-    def wants(self, health: int) -> bool:
-        """Whether this canary still proves anything: no later one did."""
-        return health in self._open
+    def needs(self, check: int) -> bool:
+        """Whether the result of this health check still matters: no later one has passed."""
+        return check in self._open
 
-    def right(self, health: int, questions: int = 1) -> Confirmed:
-        """Take in right answers to questions of a canary; return what that proves."""
-        self._open[health] -= questions
-        if not self._open[health]:
-            self._confirmed_to = health
-            for earlier in [number for number in self._open if number <= health]:
+    def passed(self, check: int, questions: int = 1) -> Confirmed:
+        """Record correct answers to questions of a health check; return what is confirmed now."""
+        self._open[check] -= questions
+        if not self._open[check]:
+            self._confirmed_to = check
+            for earlier in [number for number in self._open if number <= check]:
                 del self._open[earlier]
         return self._confirmed()
 
     def clear(self) -> Confirmed:
-        """Forget every canary; return what none of them proved."""
-        left = Confirmed([settled for _, settled in self._answered], [asked for _, asked in self._silent])
+        """Forget every health check; return the results that none of them confirmed."""
+        left = Confirmed([settled for _, settled in self._answered], [probe for _, probe in self._silent])
         self._answered.clear()
         self._silent.clear()
         self._open.clear()
@@ -95,10 +96,10 @@ class Confirmations:
     def _confirmed(self) -> Confirmed:
         confirmed = Confirmed(
             [settled for stamp, settled in self._answered if stamp < self._confirmed_to],
-            [asked for stamp, asked in self._silent if stamp < self._confirmed_to],
+            [probe for stamp, probe in self._silent if stamp < self._confirmed_to],
         )
         if confirmed.answered:
-            self._answered = [one for one in self._answered if one[0] >= self._confirmed_to]
+            self._answered = [entry for entry in self._answered if entry[0] >= self._confirmed_to]
         if confirmed.silent:
-            self._silent = [one for one in self._silent if one[0] >= self._confirmed_to]
+            self._silent = [entry for entry in self._silent if entry[0] >= self._confirmed_to]
         return confirmed

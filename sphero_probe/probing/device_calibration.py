@@ -1,8 +1,8 @@
-"""How strictly one device of a node checks lengths, and what it says of commands that cannot exist.
+"""Measure how strictly one device of a node checks lengths, and how it answers commands that cannot exist.
 
-Firmware checks lengths handler by handler, so a node's reads say little about the setters of another device.
-Every documented read of the device gets surplus bytes, and so do up to two setters that change nothing when
-they run: those that switch off a notification.
+Each command handler of a firmware checks lengths by itself, so a node's reads say little about the setters of
+another device. Every documented read of the device gets surplus bytes. So do up to two setters that change
+nothing if they are executed: those that switch off a notification.
 """
 
 from collections import Counter
@@ -21,9 +21,9 @@ from sphero_probe.protocol.packets import Command, Generation, Verdict
 from sphero_probe.session.reconnect import Reconnector
 
 SETTERS: Final = 2
-"""Harmless setters of a device that get a wrong length at most."""
+"""The most harmless setters of a device that get a wrong length."""
 _TRIES: Final = 2
-"""How often a command is asked that stays silent, and over dropped links: it may be what drops them."""
+"""How often a silent command is sent, also over dropped links: it may be the cause of the drop."""
 _HARMLESS: Final = ("enable_", "_notify")
 """Parts of the names of setters that change nothing when all their arguments are zero."""
 
@@ -31,11 +31,11 @@ _HARMLESS: Final = ("enable_", "_notify")
 def calibration_rows(
     generation: Generation, robot: Robot | None, did: int
 ) -> tuple[list[CommandRow], list[CommandRow]]:
-    """Return the documented reads and the harmless setters of a device that have a wrong length.
+    """Return the documented reads and harmless setters of a device for which there is a wrong length.
 
     Args:
-        generation: whose catalogue counts.
-        robot: the model, None where it is not known: then every row of the device counts.
+        generation: the protocol of the catalogue.
+        robot: the model, None if it is not known: then all rows of the device are used.
         did: the device id.
     """
     rows = _with_wrong_length(generation, robot.key if robot else "", did)
@@ -52,7 +52,7 @@ def has_setters(generation: Generation, robot: Robot | None, did: int) -> bool:
 
 @lru_cache(maxsize=1024)
 def _with_wrong_length(generation: Generation, robot: str, did: int) -> tuple[CommandRow, ...]:
-    """Return the rows of a device that do not take the length of a probe; all robots' where none is named."""
+    """Return the rows of a device that do not take the length of a probe; of all robots if none is named."""
     return tuple(
         row
         for row in all_rows(generation)
@@ -70,9 +70,10 @@ def _changes_nothing(row: CommandRow) -> bool:
 
 
 class DeviceCalibration:
-    """Measures one device of a node, reads first; the policy learns what was measured.
+    """Measures one device of a node, reads first, and tells the policy the result.
 
-    Each question is asked once: after a lost link, ``ask_reads`` and ``ask_setters`` go on with the others.
+    Each question is asked once: after a lost link, ``ask_reads`` and ``ask_setters`` continue with the
+    others.
     """
 
     def __init__(self, line: Reconnector, target: int | None, did: int) -> None:
@@ -82,7 +83,7 @@ class DeviceCalibration:
         self._questions = Questions(line, target, _TRIES)
         self._impossible: dict[int, Answer | None] = {}
         self._executed: Command | None = None
-        self._asked = self._refused = 0
+        self._asked = self._rejected = 0
         self._masks = False
         self._exists = True
         self._done: set[int] = set()
@@ -91,10 +92,10 @@ class DeviceCalibration:
         self._has_claims = False
 
     async def ask_reads(self) -> None:
-        """Ask what cannot exist, every documented read with surplus bytes, and the robot's own list.
+        """Send a command that cannot exist, reads with surplus bytes, and read the robot's own list.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         if not self._impossible:
             self._exists = await self._ask_impossible()
@@ -103,10 +104,10 @@ class DeviceCalibration:
             await ask_together([*map(self._ask_read, reads), self._ask_claims()])
 
     async def ask_setters(self) -> None:
-        """Send harmless setters a wrong length, one after the other, until one accepts it.
+        """Send harmless setters with a wrong length, one after the other, until one accepts it.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         _, setters = self._rows()
         for row in setters:
@@ -128,7 +129,7 @@ class DeviceCalibration:
             self._did,
             self._exists,
             self._asked,
-            self._refused,
+            self._rejected,
             self._impossible,
             tuple(self._questions.steps),
             self._executed,
@@ -136,7 +137,7 @@ class DeviceCalibration:
         )
 
     def _is_done(self, row: CommandRow) -> bool:
-        """Whether a command was asked, or was in flight twice when the link dropped."""
+        """Whether a command was answered, or was in flight twice when the link dropped."""
         self._tries[row.cid] += 1
         return row.cid in self._done or self._tries[row.cid] > _TRIES
 
@@ -152,9 +153,9 @@ class DeviceCalibration:
         return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
 
     async def _ask_impossible(self) -> bool:
-        """Ask a command that cannot exist, at both lengths; return whether the device may exist.
+        """Send a command that cannot exist, at both lengths; return whether the device may exist.
 
-        Of two such commands the first that is answered counts; where both are silent, silence is the answer.
+        If it is silent, a second such command is sent; if that is silent, too, silence is the answer.
         """
         candidates = [Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS]
         wrong = await self._ask_one_impossible(candidates[0])
@@ -169,7 +170,7 @@ class DeviceCalibration:
         return wrong.verdict is not Verdict.NO_DEVICE
 
     async def _ask_one_impossible(self, command: Command) -> Reply:
-        """Ask one command at both lengths; return the reply to the wrong length."""
+        """Send one command at both lengths; return the reply to the wrong length."""
         lengths = (WRONG_LENGTH, 0)
         probes = [command._replace(payload=bytes(length)) for length in lengths]
         replies = await self._questions.ask_all(probes, Verdict.NO_COMMAND.value)
@@ -179,23 +180,26 @@ class DeviceCalibration:
         return replies[0]
 
     def _judge_yes(self, command: Command, other: Reply) -> None:
-        """Take in that a command that cannot exist succeeded: either the device says so of all, or it ran."""
+        """Record that a command that cannot exist succeeded.
+
+        Either the device accepts every command, or this one exists and was executed.
+        """
         checks = self._line.link.policy.length_checks
         if other.verdict in ACCEPTED:
-            checks.take_as_uninformative(self._target, self._did)
+            checks.mark_uninformative(self._target, self._did)
         else:
             self._executed = command._replace(payload=bytes(WRONG_LENGTH))
             self._impossible[WRONG_LENGTH] = other.answer
             checks.distrust(self._target)
 
     async def _ask_read(self, row: CommandRow) -> None:
-        """Send a read surplus bytes, unless that was done; a read that was measured with its node counts."""
+        """Send a read with surplus bytes, unless that was done, here or when its node was measured."""
         if self._is_done(row):
             return
         probe = Command(self._did, row.cid, bytes(WRONG_LENGTH), self._target)
-        if row.cid in self._line.link.policy.length_checks.refusals(self._target, self._did):
+        if row.cid in self._line.link.policy.length_checks.rejections(self._target, self._did):
             self._asked += 1
-            self._refused += 1
+            self._rejected += 1
         else:
             reply = await self._questions.ask(probe, "bad data length")
             if await self._takes_part(row, reply):
@@ -203,7 +207,7 @@ class DeviceCalibration:
         self._done.add(row.cid)
 
     async def _takes_part(self, row: CommandRow, reply: Reply) -> bool:
-        """Whether an answer is that of an existing command; a masking device refuses lengths of any."""
+        """Whether an existing command answered; a masking device rejects wrong lengths of any command."""
         if reply.verdict is not Verdict.BAD_LENGTH or not self._masks:
             return True
         sample = row.sample if row.sample is not None else row.request.zeros() if row.request else b""
@@ -211,7 +215,7 @@ class DeviceCalibration:
         return proper.verdict is Verdict.OK
 
     async def _ask_claims(self) -> None:
-        """Ask the robot which commands it has here: a wrong length may reach those."""
+        """Read the robot's own list of this device's commands: a wrong length may reach those."""
         robot = self._line.link.policy.robot
         row = row_for(self._line.link.codec.generation, WellKnown.CLAIMED_COMMANDS)
         if robot is None or row is None or robot.key not in row.nodes or self._has_claims:
@@ -225,8 +229,8 @@ class DeviceCalibration:
         checks = self._line.link.policy.length_checks
         if reply.verdict is Verdict.BAD_LENGTH:
             self._asked += 1
-            self._refused += 1
-            checks.take_refusal(probe)
+            self._rejected += 1
+            checks.add_rejection(probe)
         elif reply.verdict in ACCEPTED:
             self._asked += 1
             checks.distrust(self._target)

@@ -1,4 +1,4 @@
-"""Probes that were in flight when the link dropped: each is sent alone, to know which one drops it."""
+"""Find the probe that drops the link: send each probe that was in flight alone, after a reconnect."""
 
 from collections import Counter
 from collections.abc import AsyncIterator
@@ -12,7 +12,7 @@ from sphero_probe.session.reconnect import Reconnector
 
 
 class DroppedProbes:
-    """Sends again what a dropped link left open."""
+    """Sends probes again that were in flight when the link dropped."""
 
     def __init__(self, line: Reconnector, prober: Prober) -> None:
         self._line = line
@@ -21,21 +21,21 @@ class DroppedProbes:
         self._drops: Counter[int] = Counter()
 
     def add(self, probe: PreparedProbe) -> None:
-        """Take in a probe that was in flight when the link dropped."""
+        """Add a probe that was in flight when the link dropped."""
         self._waiting.append(probe)
 
     def take(self) -> list[PreparedProbe]:
-        """Return what waits to be sent again, and forget it."""
+        """Return the probes that wait to be sent again, and forget them."""
         taken, self._waiting = self._waiting, []
         return taken
 
     async def ask_again(
         self, error: LinkLostError
     ) -> AsyncIterator[tuple[PreparedProbe, ProbeResult | SettledProbe | None]]:
-        """Open the link again and send each probe alone; yield it with its result.
+        """Reconnect and send each probe alone; yield it with its result.
 
-        What may have been executed is not sent again; it comes settled, as does the probe that drops the link
-        twice. None stands for a probe that the link was lost over for good.
+        A probe that may have been executed is not sent again and is yielded as settled, as is the probe that
+        drops the link twice. The result is None if the link is lost for good.
 
         Args:
             error: what dropped the link.

@@ -1,4 +1,4 @@
-"""What a plan would send, without a robot: the exact bytes, the risk class, and what the policy blocks."""
+"""Show what a plan would send, without a robot: exact bytes, risk classes, and what the policy blocks."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -21,11 +21,11 @@ class PlannedProbe(NamedTuple):
 
     Attributes:
         number: its place in the plan, from 1.
-        command: what would be asked.
-        knowledge: the catalogue's row, None where no catalogue knows the pair.
+        command: with node and payload.
+        knowledge: the catalogue's row, None if no catalogue knows the pair.
         risk: the class of sending it.
-        frame: the bytes that would go out.
-        blocked: why they would not, None where they would.
+        frame: the bytes that would be sent.
+        blocked: why the policy blocks it, None if it would be sent.
     """
 
     number: int
@@ -44,12 +44,12 @@ def planned_probes(
     target: int | None,
     name: str = "",
 ) -> Iterator[PlannedProbe]:
-    """Yield what each probe would send, if calibration finds that the robot checks lengths.
+    """Yield what each probe would send, assuming that calibration finds that the robot checks lengths.
 
     Args:
-        plan: what to ask; stages that are made from findings are left out.
+        plan: what to send; stages that are made from findings are left out.
         generation: the robot's protocol.
-        robot: the model, None where it is not known.
+        robot: the model, None if it is not known.
         consent: what is allowed.
         target: address byte for probes that name no node; None leaves addresses out.
         name: the robot's name, for the class ``brick``.
@@ -76,10 +76,10 @@ def planned_probes(
 
 
 def _assume_strict(policy: Policy, target: int | None, did: int) -> None:
-    """Have the policy decide as if calibration had found that a node and a device check lengths."""
+    """Tell the policy that a node and a device check lengths, as if calibration had found so."""
     checks = policy.length_checks
     if not checks.is_strict(target):
         checks.trust(target)
     reads, setters = calibration_rows(policy.generation, policy.robot, did)
     for row in (*reads, *setters):
-        checks.take_refusal(Command(did, row.cid, b"", target))
+        checks.add_rejection(Command(did, row.cid, b"", target))

@@ -1,4 +1,4 @@
-"""The main class of the package: one plan, asked of one robot."""
+"""Run one plan on one robot. ``Engine`` is the main class of the package."""
 
 import asyncio
 from collections import Counter
@@ -34,26 +34,26 @@ from sphero_probe.session.reconnect import Reconnect, Reconnector
 if TYPE_CHECKING:
     from sphero_probe.probing.attempt import PreparedProbe
 
-_STRAYS: Final = 256
-"""Frames besides answers that are kept to tell what is odd about a robot."""
+_KEPT_UNSOLICITED: Final = 256
+"""Unsolicited packets that are kept to explain why a robot answers nothing."""
 
 
 @dataclass(slots=True)
 class Engine:
-    """One plan asked of one robot.
+    """Runs one plan on one robot.
 
     Attributes:
-        plan: what to ask.
-        link: whom.
+        plan: what to send.
+        link: to the robot.
         device: the robot's name or address, for the heading.
-        target: the node for probes that name none; None leaves addresses out.
-        stop: set it to send nothing more and end after what is in flight.
-        recorder: told of every intent and record as it happens.
+        target: the node for probes that name none; None sends no addresses.
+        stop: set it to send nothing more and end once nothing is in flight.
+        recorder: records every intent and record as it happens.
         earlier: what an interrupted run already settled.
-        reconnect: opens a dropped link to the same robot again; None leaves it dropped.
-        on_step: told the name of each step of calling on the robot as it begins.
+        reconnect: connects to the same robot again; None never reconnects.
+        on_step: called with the name of each step of the introduction as it begins.
         findings: so far, in the order they were settled.
-        total: probes made known so far, for progress.
+        total: probes known so far, for progress.
     """
 
     plan: Plan
@@ -74,7 +74,7 @@ class Engine:
     _calibrator: Calibrator = field(init=False)
     _notes: list[Note] = field(default_factory=list)
     _firmware: dict[str, str] = field(default_factory=dict)
-    _strays: list[Unsolicited] = field(default_factory=list)
+    _unsolicited: list[Unsolicited] = field(default_factory=list)
     _incomplete: bool = False
 
     def __post_init__(self) -> None:
@@ -87,11 +87,11 @@ class Engine:
         self._pipeline.on_answer = self._judge
 
     async def records(self) -> AsyncIterator[Record]:
-        """Yield every record of the run, each after the recorder has it.
+        """Yield every record of the run, after the recorder has recorded it.
 
         Raises:
             NoAnswerError: the robot never answered anything.
-            LinkLostError: the robot is gone; a summary that says so came first.
+            LinkLostError: the link was lost; raised after the summary.
             BadInputFileError: a stage of the plan is broken.
         """
         try:
@@ -104,7 +104,7 @@ class Engine:
             await self._pipeline.close()
 
     async def _records(self) -> AsyncIterator[Record]:
-        """Yield a heading, then findings and notes as they come, then a summary."""
+        """Yield a heading, then findings and notes as they are made, then a summary."""
         loop = asyncio.get_running_loop()
         began = loop.time()
         for index, stage in enumerate(self.plan.stages):
@@ -143,14 +143,14 @@ class Engine:
         return self.stop.is_set() or self._line.lost is not None
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
-        """Wake and identify the robot, calibrate for the first stage; return what was seen."""
+        """Wake and identify the robot, and calibrate for the first stage; return the heading and notes."""
         robot = self.link.policy.robot
         for target in self.earlier.lenient:
             self.link.policy.length_checks.distrust(target)
-        wanted = self._calibrator.look_through(probes, 1, self.earlier.findings)
+        wanted = self._calibrator.find_wanted(probes, 1, self.earlier.findings)
 
         async def begin() -> None:
-            self._firmware.update(await introduce(self._line, self.target, self.on_step, self._strays))
+            self._firmware.update(await introduce(self._line, self.target, self.on_step, self._unsolicited))
             self._line.expect_firmware(self._firmware)
             await self._calibrator.measure(wanted)
             for target in wanted.nodes or {self.target: ()}:
@@ -173,7 +173,7 @@ class Engine:
         self.total += len(probes)
         self._pipeline.loss.probes = self.total
         if not is_first:
-            wanted = self._calibrator.look_through(probes, first, self.earlier.findings)
+            wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings)
             await self._line.with_reconnect(lambda: self._calibrator.measure(wanted))
             for note in self._calibrator.notes(wanted):
                 yield note
@@ -200,12 +200,12 @@ class Engine:
             yield record
 
     async def _verify(self) -> AsyncIterator[Record]:
-        """Send what exists or was silent, and some of the absent, again with one in flight.
+        """Send again, one at a time, what exists or was silent, and some of the absent commands.
 
-        A probe that ends differently proves nothing: an inconclusive finding replaces its first one.
+        If a probe ends differently, an inconclusive finding replaces its first one.
         """
         self._pipeline.limit_in_flight(1)
-        self._pipeline.on_answer = self._finding  # recorded only where it differs
+        self._pipeline.on_answer = self._finding  # recorded only if it differs
         before = {finding.number: finding for finding in self.findings if is_verified(finding)}
         again = (
             self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
@@ -217,21 +217,21 @@ class Engine:
             settled += await self._pipeline.finish()
         for note in self._take_notes():
             yield note
-        for one in sorted(settled, key=lambda one: one.asked.number):
-            old = before[one.asked.number]
-            if changed := contradiction(old, one.finding or self._finding(one)):
+        for settled_probe in sorted(settled, key=lambda settled_probe: settled_probe.probe.number):
+            old = before[settled_probe.probe.number]
+            if changed := contradiction(old, settled_probe.finding or self._finding(settled_probe)):
                 yield self._replace(old, changed)
 
     async def _late(self) -> AsyncIterator[Record]:
-        """Wait for late answers to all silent probes together; yield the findings that they change."""
+        """Wait once for late answers to all silent probes; yield the findings that they change."""
         by_number = {finding.number: finding for finding in self.findings}
         settled = await self._pipeline.wait_for_late()
         for note in self._take_notes():
             yield note
-        for one in settled:
-            old = by_number[one.asked.number]
+        for settled_probe in settled:
+            old = by_number[settled_probe.probe.number]
             if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
-                yield self._replace(old, self._finding(one))
+                yield self._replace(old, self._finding(settled_probe))
 
     def _replace(self, old: Finding, new: Finding) -> Finding:
         self.findings[self.findings.index(old)] = new
@@ -240,17 +240,20 @@ class Engine:
 
     def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
         """Return the notes so far and the findings of settled probes, in order."""
-        ordered = sorted(settled, key=lambda one: one.asked.number)
-        return [*self._take_notes(), *(one.finding or self._judge(one) for one in ordered)]
+        ordered = sorted(settled, key=lambda settled_probe: settled_probe.probe.number)
+        return [
+            *self._take_notes(),
+            *(settled_probe.finding or self._judge(settled_probe) for settled_probe in ordered),
+        ]
 
     def _judge(self, settled: SettledProbe) -> Finding:
-        """Judge a settled probe and have the recorder keep the finding."""
+        """Judge a settled probe and record the finding."""
         finding = self._finding(settled)
         self.recorder.record(finding)
         return finding
 
     def _finding(self, settled: SettledProbe) -> Finding:
-        """Return the finding of a settled probe; doubt makes it inconclusive."""
+        """Return the finding of a settled probe; any doubt makes it inconclusive."""
         probe, result, doubt, _ = settled
         command, robot = probe.command, self.link.policy.robot
         finding = finding_of(
@@ -269,7 +272,7 @@ class Engine:
         return finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt) if doubt else finding
 
     def _is_missing(self, finding: Finding) -> bool:
-        """Whether a node that is there could not be asked: it said so, or it did not answer an echo."""
+        """Whether an existing node was not reached: it was called unavailable, or answered no echo."""
         exchange, codec, robot = finding.exchange, self.link.codec, self.link.policy.robot
         if isinstance(exchange, Answered):
             return codec.verdict(exchange.response.code) is Verdict.TARGET_UNAVAILABLE
@@ -280,7 +283,7 @@ class Engine:
         )
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
-        """Return what an interrupted run found out about this very probe, None where it is to be sent."""
+        """Return the finding of this probe from an interrupted run, None if the probe must be sent."""
         finding = self.earlier.findings.get(number)
         if finding and finding.command[:2] == probe.command[:2]:
             return finding
@@ -291,9 +294,9 @@ class Engine:
         return None
 
     def _hear_unsolicited(self, unsolicited: Unsolicited, described: dict[str, object]) -> None:
-        """Keep what else was heard; a late answer still settles its own probe."""
-        if len(self._strays) < _STRAYS:
-            self._strays.append(unsolicited)
+        """Record an unsolicited packet; a late answer still settles its own probe."""
+        if len(self._unsolicited) < _KEPT_UNSOLICITED:
+            self._unsolicited.append(unsolicited)
         if isinstance(unsolicited, LateResponse | Malformed):
             self._pipeline.hear(unsolicited)
         self._notes.append(note_of(unsolicited, described))

@@ -1,4 +1,4 @@
-"""Commands that accepted a wrong length: what should have been refused was executed."""
+"""Detect and report commands that accepted a wrong length: they were executed instead of rejected."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -17,11 +17,11 @@ from sphero_probe.protocol.packets import Command, Verdict
 
 
 class Executions:
-    """Learns from the answers to wrong lengths; the first that was accepted makes its node lenient.
+    """Checks the answers to wrong lengths; the first one that is accepted makes its node lenient.
 
     Attributes:
         numbers: of the probes that were executed.
-        commands: what was executed, calibration included.
+        commands: that were executed, also during calibration.
     """
 
     def __init__(self, prober: Prober, on_note: Callable[[Note], None]) -> None:
@@ -32,8 +32,8 @@ class Executions:
         self._unreported: list[Command] = []
         self._must_stop = False
 
-    def look(self, probe: PreparedProbe, answer: Answered) -> None:
-        """Take in an answer to a probe; from an accepted wrong length on, no other goes to that node."""
+    def learn(self, probe: PreparedProbe, answer: Answered) -> None:
+        """Check an answer to a probe; if it accepted a wrong length, block others to that node."""
         if not probe.is_wrong_length:
             return
         command, codec = probe.command, self._prober.link.codec
@@ -46,14 +46,17 @@ class Executions:
         checks = self._prober.link.policy.length_checks
         verdict = codec.verdict(answer.response.code)
         if verdict is Verdict.BAD_LENGTH:
-            checks.take_refusal(command)
+            checks.add_rejection(command)
         elif verdict in ACCEPTED:
             checks.distrust(command.target)
             self.numbers.add(probe.number)
             self._unreported.append(command)
 
     async def report(self) -> None:
-        """Say what was executed since the last call, and stop what may move; after a lost link, try again."""
+        """Report commands executed since the last call, and stop the motors if one may move the robot.
+
+        If the link is lost, the next call tries to stop the motors again.
+        """
         unreported, self._unreported = self._unreported, []
         for command in unreported:
             self.take(command)
@@ -63,7 +66,7 @@ class Executions:
                 self._must_stop = False
 
     def take(self, command: Command) -> None:
-        """Take in that a command accepted a wrong length and ran, and say so."""
+        """Record and report that a command accepted a wrong length and was executed."""
         self.commands.append(command)
         link = self._prober.link
         row = lookup(link.codec.generation, command.did, command.cid, link.policy.robot)

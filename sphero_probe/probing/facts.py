@@ -1,4 +1,4 @@
-"""What a robot says about itself: documented reads to send, and the facts in their answers."""
+"""Read facts about a robot, such as its battery level: commands to send, and the facts in their answers."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -15,13 +15,13 @@ from sphero_probe.protocol.packets import Command, Generation
 
 
 class Fact(NamedTuple):
-    """One thing that a robot says about itself.
+    """One fact that a robot reports about itself.
 
     Attributes:
         name: what it is, ``battery_percentage``.
         value: as decoded.
         unit: of the value, empty for none.
-        node: the node that said it, empty where the robot has one only.
+        node: the node that reported it, empty if the robot has only one.
     """
 
     name: str
@@ -37,9 +37,9 @@ def probes_of(
 
     Args:
         names: the commands that ask for the facts.
-        generation: whose catalogue has them.
-        robot: the model, None where it is not known.
-        port: the port nibble on this kind of line.
+        generation: the protocol of the catalogue.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
     """
     for name in names:
         row = row_by_name(generation, name)
@@ -53,11 +53,11 @@ def probes_of(
 
 
 def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:
-    """Yield the facts in one answer; none where the robot did not answer with data.
+    """Yield the facts in one answer; none if it has no data.
 
     Args:
         finding: of a probe of ``probes_of``.
-        robot: the model, None where it is not known.
+        robot: the model, None if it is not known.
     """
     row, exchange = finding.knowledge, finding.exchange
     if (

@@ -1,4 +1,4 @@
-"""When one command is all that was asked: the finding that is no success becomes an error."""
+"""Raise an error for a command that was sent by itself and did not succeed."""
 
 from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import CommandSilentError, NoAnswerError, RefusedByPolicyError, RobotRefusedError
@@ -10,9 +10,9 @@ from sphero_probe.session.session import Session
 
 
 async def check(finding: Finding, session: Session) -> None:
-    """Raise the error that a finding stands for; return where the command succeeded.
+    """Raise the error for a finding; return if the command succeeded.
 
-    After silence an echo finds out whether the robot answers anything, unless it did before.
+    After silence, if the robot has answered nothing before, an echo checks whether it answers at all.
 
     Args:
         finding: of a command that was sent by itself.
@@ -20,7 +20,7 @@ async def check(finding: Finding, session: Session) -> None:
 
     Raises:
         RefusedByPolicyError: our policy blocked the command; nothing was sent.
-        RobotRefusedError: the robot answered with an error.
+        RobotRefusedError: the robot rejected the command.
         CommandSilentError: the robot answers other commands, but not this one.
         NoAnswerError: the robot answers nothing at all.
         LinkLostError: the connection was lost.

@@ -1,4 +1,4 @@
-"""What a run brings to light: a heading, one finding per probe, remarks, and a summary."""
+"""The records of a run, as values: a heading, one finding per probe, notes, and a summary."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from sphero_probe.protocol.packets import Command
 
 
 class Outcome(StrEnum):
-    """The word a probe ends in."""
+    """What a probe proved about its command."""
 
     EXISTS = "exists"
     ABSENT = "absent"
@@ -21,7 +21,7 @@ class Outcome(StrEnum):
 
 
 class Confidence(StrEnum):
-    """How far the word can be trusted."""
+    """How far an outcome can be trusted."""
 
     CERTAIN = "certain"
     MAYBE = "maybe"
@@ -32,15 +32,15 @@ class Finding(NamedTuple):
 
     Attributes:
         number: place of the probe in the run, from 1.
-        command: what was (or was to be) asked.
-        outcome: the judgement.
-        confidence: of the judgement.
+        command: the command that was sent, or would have been.
+        outcome: what the exchange proves.
+        confidence: how far to trust the outcome.
         risk: the class of the command with this payload.
-        exchange: how asking ended.
-        knowledge: the catalogue's row for this robot, None where no catalogue knows the pair.
-        code_name: the answer's code in words of its generation, empty without an answer.
+        exchange: how sending the command ended.
+        knowledge: the catalogue's row for this robot, None if no catalogue knows the pair.
+        code_name: the name of the answer's code, empty without an answer.
         attempts: how often it was sent.
-        note: one remark, or empty.
+        note: a remark, or empty.
     """
 
     number: int
@@ -56,7 +56,7 @@ class Finding(NamedTuple):
 
     @property
     def name(self) -> str | None:
-        """The command's name in the catalogue, None where no catalogue knows it."""
+        """The command's name in the catalogue, None if no catalogue knows it."""
         return self.knowledge.name if self.knowledge else None
 
     @property
@@ -71,19 +71,19 @@ class Finding(NamedTuple):
 
     @property
     def fields(self) -> dict[str, object]:
-        """The fields of a successful answer by the catalogue's layout; empty where there are none."""
+        """The fields of a successful answer by the catalogue's layout; empty if there are none."""
         if not isinstance(self.exchange, Answered):
             return {}
         return answer_meaning(self.exchange.response, self.knowledge).fields
 
 
 class Note(NamedTuple):
-    """Something seen besides: a notification, a late answer, a malformed frame, a step of the run.
+    """Anything else that happened: a notification, a late answer, a malformed frame, a step of the run.
 
     Attributes:
         kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``evidence``, ``executed``,
             ``comparison``, ``run``.
-        text: one line for people.
+        text: one line for the user.
         data: JSON-able details; bytes as hex strings. What a robot sent unsolicited has ``time``, in RFC 3339
             UTC, and the keys of ``packet_json``; in journals of version 0.1.0 it has some of them.
     """
@@ -94,17 +94,17 @@ class Note(NamedTuple):
 
 
 class Heading(NamedTuple):
-    """Who was asked, with what, by whose leave.
+    """What a run is about: the robot, the plan and the consent.
 
     Attributes:
         robot: the model's key, ``bolt-plus``.
         model: the model's name.
         device: the advertised name or the address that was given.
-        firmware: node name -> version text, as far as the robot told.
+        firmware: node name -> version text, for the nodes that answered.
         plan: the plan's name.
         tool_version: of sphero-probe.
         consent: the allowed risk classes, by name.
-        strictness: node name -> what calibration measured, empty where it did not run.
+        strictness: node name -> what calibration measured, empty if it was not needed.
         started: RFC 3339 UTC.
     """
 
@@ -126,8 +126,8 @@ class Summary(NamedTuple):
         counts: outcome -> number of findings.
         seconds: how long it took.
         probes_sent: probes that were sent, each counted once.
-        frames_sent: command frames sent, with repetitions, calibration and health checks.
-        complete: False when it was stopped early.
+        frames_sent: command frames sent, with retries, calibration and health checks.
+        complete: False if the run ended early or could not probe everything.
     """
 
     counts: dict[Outcome, int]

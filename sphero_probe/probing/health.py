@@ -1,8 +1,8 @@
-"""Whether the robot is still itself: a node in, yes or no out.
+"""Check that a node still answers as it did at the start.
 
-A robot that fell asleep, rebooted or changed its mode answers everything with silence or with something else.
-So between probes it is asked two things whose answers are known: an echo, and a command it called absent.
-What it said since they were last right is void when they are wrong.
+A robot that fell asleep, rebooted or changed its mode is silent or answers differently. So it is asked two
+questions between probes whose answers are known: an echo, and a command that it called absent. If an answer
+is wrong, all answers since the last passed check are void.
 """
 
 from typing import Final
@@ -19,7 +19,7 @@ _NONCE_BYTES: Final = 4
 
 
 class HealthCheck:
-    """Knows per node which of the two questions a healthy robot answers, and asks them."""
+    """Knows for each node which of the two questions it answers, and asks them."""
 
     def __init__(self, prober: Prober) -> None:
         self._prober = prober
@@ -27,7 +27,7 @@ class HealthCheck:
         self._nonce = 0
 
     def knows(self, target: int | None) -> bool:
-        """Whether it was taken in what this node answers."""
+        """Whether the questions of this node are known."""
         return target in self._questions
 
     def has_questions(self, target: int | None) -> bool:
@@ -35,11 +35,11 @@ class HealthCheck:
         return bool(self._questions.get(target))
 
     def questions(self, target: int | None) -> list[Command]:
-        """Return what to ask this node, the echo with a nonce that was not used before."""
+        """Return the questions for this node, the echo with a new nonce."""
         return [self._with_nonce(question) for question in self._questions.get(target, ())]
 
     def is_healthy(self, question: Command, exchange: Exchange) -> bool | None:
-        """Compare an answer with what a healthy robot says; None where nothing can be told from it."""
+        """Whether an answer is that of a healthy robot; None if the answer does not tell."""
         codec = self._prober.link.codec
         match exchange:
             case Answered(response=response):
@@ -51,14 +51,14 @@ class HealthCheck:
                 return verdict in GONE
             case Silent():
                 return None
-            case Blocked():  # whatever was allowed before and is not now says nothing about the robot
+            case Blocked():  # a changed policy says nothing about the robot
                 return True
 
     async def passes(self, target: int | None, attempts: int = MAX_ATTEMPTS) -> bool:
-        """Ask alone and compare; the first time only takes in what this node answers rightly.
+        """Ask the questions alone and compare; the first call only learns which ones this node answers.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         if not self.knows(target):
             candidates = self._candidates(target)
@@ -84,9 +84,9 @@ class HealthCheck:
     async def _passes(self, question: Command, attempts: int) -> bool:
         question = self._with_nonce(question)
         for _ in range(attempts):
-            right = self.is_healthy(question, await self._prober.link.ask(question, alone=True))
-            if right is not None:
-                return right
+            healthy = self.is_healthy(question, await self._prober.link.ask(question, alone=True))
+            if healthy is not None:
+                return healthy
         return False
 
     def _is_echo(self, question: Command) -> bool:
@@ -94,7 +94,7 @@ class HealthCheck:
         return echo is not None and question[:2] == (echo.did, echo.cid)
 
     def _with_nonce(self, question: Command) -> Command:
-        """Fill an echo that takes bytes with some that no earlier one had."""
+        """Fill an echo that takes bytes with a new nonce."""
         echo = row_for(self._prober.link.codec.generation, WellKnown.ECHO)
         if not (echo and echo.request and self._is_echo(question) and echo.request.fixed_length != 0):
             return question

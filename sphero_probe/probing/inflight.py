@@ -1,4 +1,4 @@
-"""What is in flight: things to ask and how to ask them go in, how each ended comes out."""
+"""Keep several questions to a robot in flight, one task each, and collect how each ended."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -12,13 +12,13 @@ Answer = TypeVar("Answer")
 
 
 class Ended(NamedTuple, Generic[Item, Answer]):
-    """How asking one thing ended.
+    """How one item ended.
 
     Attributes:
-        item: what was asked.
-        stamp: what ``InFlight`` was told to read, read when it was started, and again whenever it was sent
-            again; None if it never went out.
-        answer: what came of it, or what broke the line under it.
+        item: the item.
+        stamp: the stamp at its start or, if it was sent more than once, when it was last sent; None if it was
+            never sent.
+        answer: its result, or the error that broke the link.
     """
 
     item: Item
@@ -27,7 +27,7 @@ class Ended(NamedTuple, Generic[Item, Answer]):
 
 
 class _Entry(Generic[Item]):
-    """One thing in flight."""
+    """One item in flight."""
 
     def __init__(self, item: Item, stamp: int) -> None:
         self.item = item
@@ -36,90 +36,90 @@ class _Entry(Generic[Item]):
 
 
 class InFlight(Generic[Item, Answer]):
-    """Things in flight, each asked by a task of its own.
+    """Items in flight, each asked by its own task.
 
     Attributes:
-        waiting: how many were started and have not gone out yet.
+        waiting: how many were started and not sent yet.
     """
 
     def __init__(self, stamp: Callable[[], int]) -> None:
-        """Take what to read each time something goes out."""
+        """Set the function that returns the stamp of an item that is sent now."""
         self.waiting = 0
         self._stamp = stamp
         self._tasks: dict[asyncio.Task[None], Item] = {}
         self._ended: list[Ended[Item, Answer]] = []
         self._failure: BaseException | None = None
-        self._stirred = asyncio.Event()
+        self._changed = asyncio.Event()
 
     def __len__(self) -> int:
-        """Count what is in flight, and what has ended and was not looked at."""
+        """Count items in flight, and items that ended and were not collected."""
         return len(self._tasks) + len(self._ended)
 
     @property
     def items(self) -> list[Item]:
-        """What is in flight."""
+        """The items in flight."""
         return list(self._tasks.values())
 
     def start(self, item: Item, ask: Callable[[Callable[[], None]], Coroutine[Any, Any, Answer]]) -> None:
-        """Ask one thing; ``ask`` is given what to call each time it goes out."""
+        """Start asking one item; ``ask`` must call its argument each time it sends it."""
         self.waiting += 1
-        flying = _Entry(item, self._stamp())
-        task = asyncio.create_task(self._fly(flying, ask))
+        entry = _Entry(item, self._stamp())
+        task = asyncio.create_task(self._run(entry, ask))
         self._tasks[task] = item
-        task.add_done_callback(partial(self._land, flying))
+        task.add_done_callback(partial(self._finish, entry))
 
-    async def some(self) -> list[Ended[Item, Answer]]:
-        """Wait until something has ended, unless nothing is in flight; return all that has, in order.
+    async def wait_any(self) -> list[Ended[Item, Answer]]:
+        """Wait until an item has ended, if any is in flight; return all that have, in order of ending.
 
         Raises:
-            Exception: whatever else than a broken line asking one of them raised.
+            Exception: what asking an item raised, other than a lost link.
         """
         while self._tasks and not self._ended and not self._failure:
-            self._stirred.clear()
-            await self._stirred.wait()
+            self._changed.clear()
+            await self._changed.wait()
         if self._failure:
             raise self._failure
         ended, self._ended = self._ended, []
         return ended
 
-    async def all(self) -> list[Ended[Item, Answer]]:
-        """Wait until everything has ended; return it, in order.
+    async def wait_all(self) -> list[Ended[Item, Answer]]:
+        """Wait until every item has ended; return them in order of ending.
 
         Raises:
-            Exception: whatever else than a broken line asking one of them raised.
+            Exception: what asking an item raised, other than a lost link.
         """
         while self._tasks:
             await asyncio.wait(self._tasks)
-        return await self.some()
+        return await self.wait_any()
 
     async def close(self) -> None:
-        """Give up what is in flight."""
+        """Cancel all items in flight."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _fly(
-        self, flying: "_Entry[Item]", ask: Callable[[Callable[[], None]], Coroutine[Any, Any, Answer]]
+    async def _run(
+        self, entry: "_Entry[Item]", ask: Callable[[Callable[[], None]], Coroutine[Any, Any, Answer]]
     ) -> None:
         def before_sending() -> None:
-            if flying.sent:
-                flying.stamp = self._stamp()
+            if entry.sent:
+                entry.stamp = self._stamp()
             else:
-                flying.sent = True
+                entry.sent = True
                 self.waiting -= 1
 
         try:
             answer: Answer | LinkLostError = await ask(before_sending)
         except LinkLostError as lost:
             answer = lost
-        except Exception as error:  # noqa: BLE001 - raised again where the flight is looked after
+        except Exception as error:  # noqa: BLE001 - raised again in wait_any and wait_all
             self._failure = self._failure or error
             return
-        self._ended.append(Ended(flying.item, flying.stamp if flying.sent else None, answer))
+        self._ended.append(Ended(entry.item, entry.stamp if entry.sent else None, answer))
 
-    def _land(self, flying: "_Entry[Item]", task: asyncio.Task[None]) -> None:
-        """Clear up behind a task, also one that was given up before it began."""
+    def _finish(self, entry: "_Entry[Item]", task: asyncio.Task[None]) -> None:
+        """Remove a task that is done, also one that was cancelled before it began."""
         del self._tasks[task]
-        if not flying.sent:
+        if not entry.sent:
             self.waiting -= 1
-        self._stirred.set()
+        self._changed.set()

@@ -1,4 +1,4 @@
-"""The first exchanges of a run: wake the robot, read its firmware, and tell what is odd about its answers."""
+"""Start a run: wake the robot, read its firmware, and explain if its answers match no command."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -14,31 +14,31 @@ from sphero_probe.protocol.packets import Command, Notification
 from sphero_probe.session.identify import ask_well_known, read_firmware, wake
 from sphero_probe.session.reconnect import Reconnector
 
-PATIENCE: Final = 12.0
+FIRST_ANSWER_TIMEOUT: Final = 12.0
 """Seconds after which a robot that answers nothing is given up."""
 _NO_ANSWER: Final = (
-    "shake it, or put it on its charger and take it off; then look with: sphero-probe doctor --device …"
+    "shake it, or put it on its charger and take it off; then run: sphero-probe doctor --device …"
 )
 _ECHOES: Final = 12
-"""Echoes to a robot that answers nothing at most."""
+"""The most echoes that are sent to a robot that answers nothing."""
 _SHOWN: Final = 40
-"""Bytes of a frame that are shown."""
+"""Bytes of a frame that a message shows."""
 
 
 async def introduce(
-    line: Reconnector, target: int | None, on_step: Callable[[str], None], strays: Sequence[Unsolicited]
+    line: Reconnector, target: int | None, on_step: Callable[[str], None], unsolicited: Sequence[Unsolicited]
 ) -> dict[str, str]:
     """Wake the robot and return its firmware, node name -> version.
 
     Args:
         line: to the robot.
         target: the address byte of its usual node.
-        on_step: told the name of each step as it begins.
-        strays: what came from the robot besides answers, growing.
+        on_step: called with the name of each step as it begins.
+        unsolicited: the unsolicited packets so far; the caller adds to it.
 
     Raises:
-        NoAnswerError: no answer belongs to a command; the message says what came instead.
-        LinkLostError: the robot is gone.
+        NoAnswerError: no answer matches a command; the message says what arrived instead.
+        LinkLostError: the link was lost.
     """
     now = asyncio.get_running_loop().time
     began = now()
@@ -47,15 +47,15 @@ async def introduce(
     on_step("first answer")
     firmware = await read_firmware(line.link, target)
     silent: list[Silent] = []
-    while not firmware and len(silent) < _ECHOES and (not silent or now() - began < PATIENCE):
+    while not firmware and len(silent) < _ECHOES and (not silent or now() - began < FIRST_ANSWER_TIMEOUT):
         exchange = await ask_well_known(line.link, WellKnown.ECHO, target, attempts=1)
         if not isinstance(exchange, Silent):
             return firmware or await read_firmware(line.link, target)
         silent.append(exchange)
-        if oddity := _oddity(silent, strays, line.link.codec):
+        if oddity := _oddity(silent, unsolicited, line.link.codec):
             raise NoAnswerError(f"first answer: {oddity}", _NO_ANSWER)
     if firmware or line.link.matched:
-        return firmware  # answers come, if too late for the timeout that was named
+        return firmware  # it answers, only later than the user's timeout
     impossible = Command(IMPOSSIBLE_DIDS[0], 0, bytes(WRONG_LENGTH), target)
     error = await line.link.ask(impossible, alone=True)
     if isinstance(error, Answered):
@@ -64,41 +64,41 @@ async def introduce(
     raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
 
 
-def _oddity(silent: Sequence[Silent], strays: Sequence[Unsolicited], codec: Codec) -> str:
-    """Return how what came differs from an answer in one thing, in words; empty where nothing is close."""
-    told: list[tuple[int, str]] = []
-    for asked in silent:
-        for stray in strays:
-            if isinstance(stray, Notification):
-                frame = codec.frame_of(stray)
-                if codec.may_answer(frame, asked.command, asked.seq):
-                    told.append(
-                        (0, f"answers carry the flags of a command (0x{stray.flags:02x}): {_shown(frame)}")
+def _oddity(silent: Sequence[Silent], unsolicited: Sequence[Unsolicited], codec: Codec) -> str:
+    """Return in words how a packet differs from an answer in one field; empty if none is that close."""
+    oddities: list[tuple[int, str]] = []
+    for exchange in silent:
+        for packet in unsolicited:
+            if isinstance(packet, Notification):
+                frame = codec.frame_of(packet)
+                if codec.may_answer(frame, exchange.command, exchange.seq):
+                    oddities.append(
+                        (0, f"answers carry the flags of a command (0x{packet.flags:02x}): {_shown(frame)}")
                     )
-            elif isinstance(stray, LateResponse) and stray.earlier is None:
-                differing = _differences(asked, stray)
+            elif isinstance(packet, LateResponse) and packet.earlier is None:
+                differing = _differences(exchange, packet)
                 if len(differing) == 1:
                     rank, text = differing[0]
-                    told.append((rank, f"answers {text}: {_shown(stray.received)}"))
-    return min(told, default=(0, ""))[1]
+                    oddities.append((rank, f"answers {text}: {_shown(packet.received)}"))
+    return min(oddities, default=(0, ""))[1]
 
 
-def _differences(asked: Silent, stray: LateResponse) -> list[tuple[int, str]]:
-    """Return in what an answer differs from that to a command, the likeliest oddity with the lowest rank."""
-    command, response = asked.command, stray.response
+def _differences(exchange: Silent, packet: LateResponse) -> list[tuple[int, str]]:
+    """Return in which fields a response differs from the answer to a command; the likeliest has rank 0."""
+    command, response = exchange.command, packet.response
     found: list[tuple[int, str]] = []
     if response.did is None or response.cid is None:
         return found
     if response.source is not None and command.target is not None:
         source, target = Address.from_byte(response.source), Address.from_byte(command.target)
         if source.node != target.node:
-            found.append((0, f"come from node {source.node}, node {target.node} was asked"))
-    if response.seq != asked.seq:
-        found.append((1, f"carry sequence number {response.seq}, {asked.seq} was sent"))
+            found.append((0, f"come from node {source.node}, but node {target.node} was asked"))
+    if response.seq != exchange.seq:
+        found.append((1, f"carry sequence number {response.seq}, but {exchange.seq} was sent"))
     if response.did != command.did:
-        found.append((2, f"name device 0x{response.did:02x}, 0x{command.did:02x} was asked"))
+        found.append((2, f"name device 0x{response.did:02x}, but 0x{command.did:02x} was asked"))
     if response.cid != command.cid:
-        found.append((3, f"name command 0x{response.cid:02x}, 0x{command.cid:02x} was asked"))
+        found.append((3, f"name command 0x{response.cid:02x}, but 0x{command.cid:02x} was asked"))
     return found
 
 

@@ -1,4 +1,4 @@
-"""What an exchange proves about a command."""
+"""Judge what an exchange proves about a command."""
 
 from typing import Final, NamedTuple, assert_never
 
@@ -19,7 +19,7 @@ class Judgement(NamedTuple):
     """What one exchange proves.
 
     Attributes:
-        outcome: the word.
+        outcome: of the probe.
         confidence: how far to trust it.
         note: a remark, or empty.
     """
@@ -34,14 +34,14 @@ _UNCONFIRMED: Final = f"documented, not confirmed: {_MASKED}"
 _BY_VERDICT: Final[dict[Verdict, Judgement]] = {
     Verdict.OK: Judgement(Outcome.EXISTS),
     Verdict.NOT_IMPLEMENTED: Judgement(Outcome.EXISTS, note="a stub or null handler"),
-    Verdict.RESTRICTED: Judgement(Outcome.EXISTS, note="not in this state or mode"),
+    Verdict.RESTRICTED: Judgement(Outcome.EXISTS, note="not available in this state or mode"),
     Verdict.BAD_LENGTH: Judgement(Outcome.EXISTS),
     Verdict.FAILED: Judgement(Outcome.EXISTS, note="ran and failed"),
-    Verdict.BAD_VALUE: Judgement(Outcome.EXISTS, note="a value was refused"),
+    Verdict.BAD_VALUE: Judgement(Outcome.EXISTS, note="a value was rejected"),
     Verdict.NO_DEVICE: Judgement(Outcome.ABSENT),
     Verdict.NO_COMMAND: Judgement(Outcome.ABSENT),
     Verdict.NO_TARGET: Judgement(Outcome.ABSENT, note="no such node"),
-    Verdict.BUSY: Judgement(Outcome.INCONCLUSIVE, note="busy whenever it was asked"),
+    Verdict.BUSY: Judgement(Outcome.INCONCLUSIVE, note="busy each time it was sent"),
     Verdict.TARGET_UNAVAILABLE: Judgement(Outcome.INCONCLUSIVE, note="the node is asleep or disconnected"),
     Verdict.DAMAGED: Judgement(Outcome.INCONCLUSIVE, note="the robot received it damaged"),
     Verdict.UNLISTED: Judgement(Outcome.INCONCLUSIVE, note="a code in no document"),
@@ -59,16 +59,16 @@ def judge(
 ) -> Judgement:
     """Return what an exchange proves.
 
-    An answer that commands which cannot exist get as well proves nothing.
+    An answer proves nothing if commands that cannot exist get the same one.
 
     Args:
-        exchange: how asking ended.
-        codec: whose codes the answer carries.
+        exchange: how sending the command ended.
+        codec: of the robot's protocol.
         known: the catalogue knows the command.
         reading: its answer is known to carry data.
-        masked: the node may answer "bad length" to commands that do not exist; counts where the device was
-            not measured.
-        device: what calibration measured in the command's device, None where it did not.
+        masked: the node may answer "bad length" to commands that do not exist; used if the device was not
+            measured.
+        device: what calibration measured of the command's device, None if it was not measured.
     """
     match exchange:
         case Answered(command=command, response=response):
@@ -92,7 +92,7 @@ def judge(
         case Silent(command=command):
             length = len(command.payload)
             if device and device.knows_impossible and device.to_impossible(length) is None:
-                return Judgement(Outcome.INCONCLUSIVE, note="commands that cannot exist are as silent here")
+                return Judgement(Outcome.INCONCLUSIVE, note="commands that cannot exist are silent, too")
             return Judgement(Outcome.SILENT)
         case Blocked(reason=reason):
             return Judgement(Outcome.SKIPPED, note=reason)
@@ -112,8 +112,8 @@ def _asked_for_code(command: Command, response: Response, codec: Codec) -> bool:
 
 
 def finding_of(
-    asked: PreparedProbe,
-    tried: ProbeResult,
+    probe: PreparedProbe,
+    result: ProbeResult,
     codec: Codec,
     *,
     masked: bool = False,
@@ -124,29 +124,29 @@ def finding_of(
     """Return the finding of a probe.
 
     Args:
-        asked: the probe.
-        tried: how asking it ended.
-        codec: whose codes the answer carries.
+        probe: the probe.
+        result: how it ended.
+        codec: of the robot's protocol.
         masked: see ``judge``.
         device: see ``judge``.
-        robot: the model that was asked; what is known of it stands beside a command that it does not have.
-        firmware: the version of the node that was asked, empty where it is not known.
+        robot: the model; an absent command gets a note on what is known about it for this model.
+        firmware: the version of the probed node, empty if it is not known.
     """
-    exchange, attempts = tried
-    known = asked.knowledge is not None and asked.knowledge.kind is Kind.COMMAND
-    layout = asked.knowledge.response if asked.knowledge and known else None
-    reading = layout is not None and layout.minimum_length > 0 and asked.risk is Risk.READ
+    exchange, attempts = result
+    known = probe.knowledge is not None and probe.knowledge.kind is Kind.COMMAND
+    layout = probe.knowledge.response if probe.knowledge and known else None
+    reading = layout is not None and layout.minimum_length > 0 and probe.risk is Risk.READ
     judgement = judge(exchange, codec, known=known, reading=reading, masked=masked, device=device)
     is_missing = judgement.outcome is Outcome.ABSENT and not judgement.note  # the command, not the node
     return Finding(
-        asked.number,
-        asked.command,
+        probe.number,
+        probe.command,
         judgement.outcome,
         judgement.confidence,
-        asked.risk,
+        probe.risk,
         exchange,
-        asked.knowledge,
+        probe.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         attempts,
-        absence_note(asked.knowledge, robot, firmware) if is_missing else judgement.note,
+        absence_note(probe.knowledge, robot, firmware) if is_missing else judgement.note,
     )

@@ -1,4 +1,4 @@
-"""Answers that come after their probe was called silent."""
+"""Wait for answers that arrive after their probe counted as silent."""
 
 import asyncio
 from collections.abc import Callable
@@ -9,39 +9,39 @@ from sphero_probe.link.exchange import LateResponse
 from sphero_probe.probing.retries import SilentProbe
 
 SLOWEST: Final = 5.0
-"""Seconds for which an answer to a silent probe is waited for, from its first attempt on."""
+"""Seconds to wait for an answer to a silent probe, from its first attempt on."""
 _LOOK: Final = 0.25
-"""Seconds between two looks at whether the run was ended meanwhile."""
+"""Seconds between two checks whether the run was ended meanwhile."""
 
 
 class LateAnswers:
-    """Probes that were called silent, and the answers that still came."""
+    """Silent probes, and the answers that still arrive."""
 
     def __init__(self) -> None:
         self._silent: dict[int, SilentProbe] = {}
 
-    def watch(self, probe: SilentProbe) -> None:
-        """Take in a probe that was called silent."""
-        self._silent[probe.asked.number] = probe
+    def watch(self, silent: SilentProbe) -> None:
+        """Add a silent probe."""
+        self._silent[silent.probe.number] = silent
 
     def hear(self, late: LateResponse) -> SilentProbe | None:
-        """Take in an answer; return the probe that it belongs to, None where it belongs to none of these."""
-        return next((probe for probe in self._silent.values() if probe.hear(late)), None)
+        """Match an answer; return the probe that it belongs to, None if it belongs to none of these."""
+        return next((silent for silent in self._silent.values() if silent.hear(late)), None)
 
-    async def wait(self, is_over: Callable[[], bool], patience: float) -> list[SilentProbe]:
-        """Wait for all of them together; return those that were answered, and forget the others.
+    async def wait(self, is_over: Callable[[], bool], seconds: float) -> list[SilentProbe]:
+        """Wait for all silent probes at once; return those that were answered, and forget the others.
 
         Args:
             is_over: whether the run was ended.
-            patience: seconds, from the first attempt of each probe on.
+            seconds: to wait, from the first attempt of each probe on.
         """
         now = asyncio.get_running_loop().time
         while not is_over():
-            open_ = (probe.first_sent for probe in self._silent.values() if not probe.late_answer)
-            left = max(open_, default=-inf) + patience - now()
-            if left <= 0:
+            sent = (silent.first_sent for silent in self._silent.values() if not silent.late_answer)
+            remaining = max(sent, default=-inf) + seconds - now()
+            if remaining <= 0:
                 break
-            await asyncio.sleep(min(left, _LOOK))
-        answered = [probe for probe in self._silent.values() if probe.late_answer]
+            await asyncio.sleep(min(remaining, _LOOK))
+        answered = [silent for silent in self._silent.values() if silent.late_answer]
         self._silent.clear()
         return answered

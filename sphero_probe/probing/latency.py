@@ -1,4 +1,4 @@
-"""A link comes in, how long a robot takes to answer comes out: echoes, one in flight."""
+"""Measure how long a robot takes to answer, with echoes sent one at a time."""
 
 import math
 from statistics import median
@@ -12,7 +12,7 @@ from sphero_probe.protocol.packets import Command
 ECHOES: Final = 40
 """Echoes of one measurement."""
 _GIVEN_UP: Final = 5
-"""Echoes lost in a row after which no more are sent."""
+"""Measuring ends after this many lost echoes in a row."""
 _MOST: Final = 0.95
 
 
@@ -20,8 +20,8 @@ class RoundTrips(NamedTuple):
     """Round trips of echoes.
 
     Attributes:
-        sent: echoes that went out.
-        times: of those that came back, in seconds, shortest first.
+        sent: echoes that were sent.
+        times: round trips of the answered ones, in seconds, shortest first.
     """
 
     sent: int
@@ -29,22 +29,22 @@ class RoundTrips(NamedTuple):
 
     @property
     def lost(self) -> int:
-        """Echoes that did not come back in time."""
+        """Echoes that were not answered in time."""
         return self.sent - len(self.times)
 
     @property
     def median(self) -> float:
-        """Seconds that half of the round trips take at most; NaN where there is none."""
+        """Median round trip in seconds; NaN if there is none."""
         return median(self.times) if self.times else math.nan
 
     @property
     def p95(self) -> float:
-        """Seconds that 95 of 100 round trips take at most, by the nearest rank; NaN where there is none."""
+        """95th percentile of the round trips in seconds, by nearest rank; NaN if there is none."""
         return self.times[math.ceil(_MOST * len(self.times)) - 1] if self.times else math.nan
 
 
 async def measure_round_trips(link: Link, target: int | None, count: int = ECHOES) -> RoundTrips:
-    """Send echoes, each after the last has come back or is lost; a dead line is given up early.
+    """Send echoes one after the other; stop early if none is answered any more.
 
     Args:
         link: to a robot that is awake.
@@ -52,7 +52,7 @@ async def measure_round_trips(link: Link, target: int | None, count: int = ECHOE
         count: how many echoes.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     row = row_for(link.codec.generation, WellKnown.ECHO)
     if row is None:

@@ -1,6 +1,6 @@
-"""What came instead of an answer: damaged frames, and answers that fit a command in all but one field.
+"""Keep damaged frames, and answers that fit a command in all but one field.
 
-Where such bytes came while a command waited, its silence proves nothing.
+If such bytes arrive while a command waits, its silence proves nothing: they may be its answer.
 """
 
 from collections import deque
@@ -15,27 +15,27 @@ _KEPT: Final = 1024
 _LATEST: Final = 10.0
 """Seconds after which bytes no longer count as a command's answer."""
 _FITTING: Final = 2
-"""Of DID, CID and sequence number, how many a stray answer must share with a command."""
+"""How many of DID, CID and sequence number such an answer must share with a command."""
 
 
 class _Miss(NamedTuple):
     at: float
     raw: bytes
-    stray: LateResponse | None
+    late: LateResponse | None
 
 
 class NearMisses:
-    """The last bytes that were no answer to anything."""
+    """The last frames that matched no command."""
 
     def __init__(self, codec: Codec) -> None:
         self._codec = codec
         self._misses: deque[_Miss] = deque(maxlen=_KEPT)
 
     def hear(self, unsolicited: Malformed | LateResponse, *, now: float) -> None:
-        """Take in a damaged frame, or an answer that fits no command.
+        """Add a damaged frame, or an answer that fits no command.
 
         Args:
-            unsolicited: what came.
+            unsolicited: the frame or answer.
             now: the time.
         """
         if isinstance(unsolicited, Malformed):
@@ -44,10 +44,10 @@ class NearMisses:
             self._misses.append(_Miss(now, unsolicited.received, unsolicited))
 
     def of(self, attempts: Iterable[tuple[Silent, float]]) -> bytes:
-        """Return the bytes that may be the answer to one of these attempts, empty where there are none.
+        """Return the bytes that may be the answer to one of these attempts, empty if there are none.
 
         Args:
-            attempts: each with the time at which it was sent.
+            attempts: with the time at which each was sent.
         """
         for silent, sent in attempts:
             for miss in self._misses:
@@ -57,9 +57,9 @@ class NearMisses:
 
     def _fits(self, miss: _Miss, silent: Silent) -> bool:
         command = silent.command
-        if miss.stray is None:
+        if miss.late is None:
             return self._codec.may_answer(miss.raw, command, silent.seq)
-        response = miss.stray.response
+        response = miss.late.response
         if response.did is None:
             return response.seq == silent.seq
         shared = (response.did == command.did, response.cid == command.cid, response.seq == silent.seq)

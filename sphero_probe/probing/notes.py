@@ -1,4 +1,4 @@
-"""What is seen besides the findings, in words: asides and calibration profiles in, notes out."""
+"""Make the notes of a run, from unsolicited packets, calibration profiles and executed commands."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -16,12 +16,12 @@ EXECUTED: Final = "executed"
 
 
 def note_of(unsolicited: Unsolicited, described: dict[str, object]) -> Note:
-    """Return the note that a notification, a late answer or a malformed frame leaves in a run.
+    """Return the note on a notification, a late answer or a malformed frame.
 
     Args:
         unsolicited: what the robot sent.
-        described: as ``describe_unsolicited`` does. All of it but ``kind`` becomes the note's details, so
-            that a note has the keys of a packet; a late response has the kind ``late``.
+        described: by ``describe_unsolicited``. All of it but ``kind`` becomes the note's details, so that a
+            note has the keys of a packet.
     """
     details = {key: value for key, value in described.items() if key != "kind"}
     match unsolicited:
@@ -45,7 +45,7 @@ def _ids(did: int | None, cid: int | None) -> str:
 
 
 def calibration_note(profile: NodeProfile, robot: Robot | None) -> Note:
-    """Return the note that says how strictly a node was found to check lengths."""
+    """Return the note on how strictly a node checks lengths."""
     node = node_name(profile.target, robot)
     return Note(
         "calibration",
@@ -69,19 +69,19 @@ def calibration_note(profile: NodeProfile, robot: Robot | None) -> Note:
 
 
 def evidence_note(target: int | None, devices: Sequence[DeviceProfile], robot: Robot | None) -> Note:
-    """Return the note that sums up how many documented commands of a node refused a wrong length.
+    """Return the note on how many documented commands of a node rejected a wrong length.
 
     Args:
         target: the node's address byte.
         devices: profiles of its devices.
-        robot: the model, None where it is not known.
+        robot: the model, None if it is not known.
     """
     asked = sum(device.asked for device in devices)
-    refused = sum(device.refused for device in devices)
+    rejected = sum(device.rejected for device in devices)
     measured = sum(device.asked > 0 for device in devices)
     text = (
-        f"{node_name(target, robot)}: {refused} of {asked} documented commands in {measured} "
-        f"{'device' if measured == 1 else 'devices'} refuse surplus bytes"
+        f"{node_name(target, robot)}: {rejected} of {asked} documented commands in {measured} "
+        f"{'device' if measured == 1 else 'devices'} reject surplus bytes"
     )
     data: dict[str, object] = {
         "target": target,
@@ -90,7 +90,7 @@ def evidence_note(target: int | None, devices: Sequence[DeviceProfile], robot: R
                 "did": device.did,
                 "exists": device.exists,
                 "asked": device.asked,
-                "refused": device.refused,
+                "refused": device.rejected,
                 "to_impossible": {
                     str(length): answer and answer.code for length, answer in device.impossible.items()
                 },
@@ -102,7 +102,7 @@ def evidence_note(target: int | None, devices: Sequence[DeviceProfile], robot: R
 
 
 def executed_note(command: Command, name: str, when: datetime) -> Note:
-    """Return the note of a command that accepted a wrong length and ran.
+    """Return the note on a command that accepted a wrong length and was executed.
 
     Args:
         command: what was sent.
@@ -126,7 +126,7 @@ def executed_note(command: Command, name: str, when: datetime) -> Note:
 
 
 def node_name(target: int | None, robot: Robot | None) -> str:
-    """Return a node as people call it: ``primary``, ``secondary``, ``node 0x13``, ``robot``."""
+    """Return the name of a node: ``primary``, ``secondary``, ``node 0x13``, ``robot``."""
     if target is None:
         return "robot"
     known = robot.nodes.get(Address.from_byte(target).node) if robot else None

@@ -1,4 +1,4 @@
-"""One command by itself: a command in, its finding out, without calling on the robot first."""
+"""Send one command by itself and judge the answer, without the introduction of a run."""
 
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -25,16 +25,16 @@ from sphero_probe.session.reconnect import Reconnector
 async def send_once(
     link: Link, command: Command, number: int = 1, intend: Callable[[PreparedProbe], None] | None = None
 ) -> Finding:
-    """Ask exactly this command; when nobody answers, wake the robot and ask again if its class allows.
+    """Send exactly this command; if no answer arrives, wake the robot and send it again if its class allows.
 
     Args:
         link: to the robot.
-        command: what to send, payload and node as they stand.
+        command: to send, with payload and node.
         number: of the finding.
-        intend: told of the command before it goes out, each time it does.
+        intend: called before each time the command is sent.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     prober = Prober(Reconnector(link, command.target), command.target)
     prober.intend = intend or prober.intend
@@ -42,25 +42,25 @@ async def send_once(
     if is_wrong_length(filled.command, filled.knowledge):
         await prober.calibrate(command.target, [command.did])
         await prober.calibrate_devices([(command.target, command.did)])
-    asked = prober.prepare(filled)
-    exchange, attempts = await prober.ask(asked, alone=True)
-    while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and asked.risk <= Risk.WRITE:
+    probe = prober.prepare(filled)
+    exchange, attempts = await prober.ask(probe, alone=True)
+    while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and probe.risk <= Risk.WRITE:
         await wake(link, command.target, 1)
-        exchange, more = await prober.ask(asked, alone=True)
+        exchange, more = await prober.ask(probe, alone=True)
         attempts += more
-    return finding_of(asked, ProbeResult(exchange, attempts), link.codec, masked=prober.masks(command.target))
+    return finding_of(probe, ProbeResult(exchange, attempts), link.codec, masked=prober.masks(command.target))
 
 
 async def stop_motors(link: Link, target: int | None, *, always: bool = False) -> None:
-    """Tell the robot to stop, where it is known how.
+    """Stop the robot's motors, if the catalogue has a command for it.
 
     Args:
         link: to the robot.
         target: the address byte of its usual node.
-        always: stop even where motion was not allowed: a command was executed that may move it.
+        always: stop even if motion is not allowed, because a command was executed that may move the robot.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     row = row_for(link.codec.generation, WellKnown.STOP)
     if row is None or row.request is None:
@@ -77,10 +77,10 @@ async def stop_motors(link: Link, target: int | None, *, always: bool = False) -
 
 
 def heading_of(plan: Plan, link: Link, device: str) -> Heading:
-    """Return the heading of a run that begins now, before anything was measured.
+    """Return the heading of a run that begins now, before anything is measured.
 
     Args:
-        plan: what will be asked.
+        plan: to run.
         link: to the robot.
         device: the robot's name or address.
     """

@@ -1,11 +1,11 @@
-"""Keeping a robot busy: probes are sent as fast as it answers, over a link that may drop.
+"""Send probes as fast as the robot answers, over a link that may drop, and collect their results.
 
-A health check is sent every few probes. What was settled before it was sent is confirmed when it passes, and
-void when it fails: the robot slept, rebooted or changed its mode, and nothing it said proves anything.
+A health check is sent every few probes. If it passes, it confirms the results of all probes before it. If it
+fails, those results are void: the robot slept, rebooted or changed its mode, and its answers prove nothing.
 
-A silent probe is sent again until chance does not explain its silence. After a dropped link, what was in
-flight is sent alone, so that the probe which drops it twice is known. An answer that shows that a wrong
-length was accepted ends wrong-length probing of its node at once.
+A silent probe is sent again until chance no longer explains its silence. After a dropped link, the probes
+that were in flight are sent alone, to find the one that drops it. The first wrong length that is accepted
+ends wrong-length probing of its node.
 """
 
 import asyncio
@@ -46,19 +46,20 @@ from sphero_probe.session.reconnect import Reconnector
 if TYPE_CHECKING:
     from sphero_probe.probing.finding import Finding
 
-ROUNDS: Final = 3
-"""How often a probe may turn out void before it is given up as inconclusive."""
+MAX_VOIDED: Final = 3
+"""How often the result of a probe may be void before the probe ends as inconclusive."""
 
 
 class Pipeline:
-    """Asks one robot, whatever happens to it or to the line.
+    """Sends probes to one robot, and copes with silence, failed health checks and dropped links.
 
     Attributes:
         line: to the robot.
-        health: tells whether the robot is itself.
-        unanswered: number -> what stayed silent so far.
-        loss: what the line was seen to lose.
-        on_answer: judges each answer as it comes, and each that turns out void.
+        health: checks whether the robot is healthy.
+        unanswered: number -> probes that are silent so far.
+        loss: how much the link loses.
+        on_answer: called with each answer as it arrives, and with each that becomes void; returns its
+            finding.
         executions: learns which wrong lengths were accepted.
         dead: nodes that fail every health check; nothing more is sent to them.
     """
@@ -86,72 +87,72 @@ class Pipeline:
         self._late = LateAnswers()
 
     def limit_in_flight(self, width: int | None) -> None:
-        """Keep no more probes than this in flight; None for as many as the robot takes."""
+        """Keep at most this many probes in flight; None for as many as the robot takes."""
         self._scheduler.width = width
 
     async def feed(self, probes: Iterable[PreparedProbe]) -> list[SettledProbe]:
-        """Send probes as fast as the robot answers; return what is settled by then, not only of these.
+        """Send probes as fast as the robot answers; return all probes that are settled by then.
 
-        What stays silent is left in ``unanswered``.
+        Silent probes stay in ``unanswered``.
         """
-        for asked in probes:
-            if asked.blocked:
-                self._settled.append(SettledProbe(asked, await self._prober.ask(asked)))
-            elif asked.command.target in self.dead:
-                self._settled.append(SettledProbe(asked, no_result(asked, 0), DEAD))
+        for probe in probes:
+            if probe.blocked:
+                self._settled.append(SettledProbe(probe, await self._prober.ask(probe)))
+            elif probe.command.target in self.dead:
+                self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
             else:
-                await self._learn_health(asked.command.target)
-                self._scheduler.todo.append(asked)
+                await self._learn_health(probe.command.target)
+                self._scheduler.todo.append(probe)
         await self._work(lambda: not self._scheduler.todo)
         return self._take()
 
     async def finish(self) -> list[SettledProbe]:
-        """Wait for everything that was fed; return what is not returned yet, silences included.
+        """Wait until every probe has ended; return those that were not returned yet, silent ones included.
 
-        A late answer may still change what a silent probe proves: see ``wait_for_late``.
+        A late answer may still change the result of a silent probe: see ``wait_for_late``.
         """
         self._scheduler.is_last = True
-        await self._work(self._at_rest)
+        await self._work(self._is_finished)
         self._scheduler.is_last = False
-        words: list[SettledProbe] = []
-        for one in self.unanswered.values():
-            if not self.health.has_questions(one.asked.command.target):
-                one.doubt = one.doubt or UNCHECKED
-            damage = self._near_misses.of(one.sent_at)
-            words.append(one.last_word(self.loss, self._why_open(), damage))
-            if not one.late_answer:
-                self._late.watch(one)
+        ended: list[SettledProbe] = []
+        for silent in self.unanswered.values():
+            if not self.health.has_questions(silent.probe.command.target):
+                silent.doubt = silent.doubt or UNCHECKED
+            damage = self._near_misses.of(silent.sent_at)
+            ended.append(silent.settle(self.loss, self._why_interrupted(), damage))
+            if not silent.late_answer:
+                self._late.watch(silent)
         self.unanswered.clear()
-        return self._take() + words
+        return self._take() + ended
 
-    async def wait_for_late(self, patience: float = SLOWEST) -> list[SettledProbe]:
-        """Wait for late answers to all probes that stayed silent; return those that were answered after all.
+    async def wait_for_late(self, seconds: float = SLOWEST) -> list[SettledProbe]:
+        """Wait for late answers to all silent probes; return those that were answered.
 
         Args:
-            patience: seconds, from the first attempt of each probe on.
+            seconds: to wait, from the first attempt of each probe on.
         """
-        answered = await self._late.wait(lambda: self._over, patience)
+        answered = await self._late.wait(lambda: self._over, seconds)
         await self.executions.report()
-        return [one.last_word(self.loss, "") for one in answered]
+        return [silent.settle(self.loss, "") for silent in answered]
 
     async def close(self) -> None:
-        """Give up what is in flight."""
+        """Cancel what is in flight."""
         await self._scheduler.in_flight_probes.close()
 
     def hear(self, unsolicited: Malformed | LateResponse) -> None:
-        """Take in a late answer, which still settles its own probe, or bytes that fit no command."""
+        """Process a late answer, which still settles its own probe, or bytes that fit no command."""
         self._near_misses.hear(unsolicited, now=asyncio.get_running_loop().time())
         if isinstance(unsolicited, LateResponse):
-            unanswered = (one for one in self.unanswered.values() if one.hear(unsolicited))
-            one = next(unanswered, None) or self._late.hear(unsolicited)
-            if one and one.late_answer:
-                self.executions.look(one.asked, one.late_answer)
+            unanswered = (silent for silent in self.unanswered.values() if silent.hear(unsolicited))
+            silent = next(unanswered, None) or self._late.hear(unsolicited)
+            if silent and silent.late_answer:
+                self.executions.learn(silent.probe, silent.late_answer)
 
     @property
     def _over(self) -> bool:
         return self._stop.is_set() or self.line.lost is not None
 
-    def _why_open(self) -> str:
+    def _why_interrupted(self) -> str:
         return LOST if self.line.lost else STOPPED if self._stop.is_set() else ""
 
     def _take(self) -> list[SettledProbe]:
@@ -159,7 +160,7 @@ class Pipeline:
         return taken
 
     async def _learn_health(self, target: int | None) -> None:
-        """Have the canary learn what a node that was not asked so far answers when it is itself."""
+        """Learn how a node answers a health check, before the first probe is sent to it."""
         if self.health.knows(target):
             return
 
@@ -170,30 +171,30 @@ class Pipeline:
         await self.line.with_reconnect(learn)
 
     async def _work(self, is_done: Callable[[], bool]) -> None:
-        """Keep the robot busy until something is done, or the run is over."""
+        """Send and collect until ``is_done`` returns True, or the run is over."""
         in_flight_probes = self._scheduler.in_flight_probes
         while not self._over:
             self._scheduler.send()
             if is_done():
                 return
-            self._hear(await in_flight_probes.some())
+            self._hear(await in_flight_probes.wait_any())
             if self._wrong or self._broken:
-                self._hear(await in_flight_probes.all())
+                self._hear(await in_flight_probes.wait_all())
             if self._broken:
                 await self._reconnect(self._broken)
             if self._wrong:
                 await self._void()
-        self._hear(await in_flight_probes.all())
-        for asked in self._dropped.take():
-            self.unanswered[asked.number] = SilentProbe(asked, silence(asked), 1, doubt=LOST)
+        self._hear(await in_flight_probes.wait_all())
+        for probe in self._dropped.take():
+            self.unanswered[probe.number] = SilentProbe(probe, silence(probe), 1, doubt=LOST)
         self._settled += self._confirmations.clear().answered
         self._scheduler.clear()
 
-    def _at_rest(self) -> bool:
+    def _is_finished(self) -> bool:
         if self._confirmations or not self._scheduler.is_idle:
             return False
-        for one in self.unanswered.values():  # more may be known of losses by now
-            self._call_again(one)
+        for silent in self.unanswered.values():  # more may be known about losses by now
+            self._retry(silent)
         return self._scheduler.is_idle
 
     def _hear(self, ended: Iterable[Ended[PreparedProbe | HealthQuestion, ProbeResult | Exchange]]) -> None:
@@ -208,87 +209,89 @@ class Pipeline:
                 case HealthQuestion(), Answered() | Silent() | Blocked():
                     self._hear_check(item, answer)
 
-    def _hear_probe(self, asked: PreparedProbe, tried: ProbeResult, stamp: int) -> None:
-        earlier = self.unanswered.get(asked.number)
-        attempts = tried.attempts + (earlier.attempts if earlier else 0)
-        if not isinstance(tried.exchange, Silent):
-            self.unanswered.pop(asked.number, None)
+    def _hear_probe(self, probe: PreparedProbe, result: ProbeResult, stamp: int) -> None:
+        earlier = self.unanswered.get(probe.number)
+        attempts = result.attempts + (earlier.attempts if earlier else 0)
+        if not isinstance(result.exchange, Silent):
+            self.unanswered.pop(probe.number, None)
             self.loss.learn(earlier.attempts + 1 if earlier else 1)
-            if isinstance(tried.exchange, Answered):
-                self.executions.look(asked, tried.exchange)
-                self._prober.learn(asked.command, tried.exchange)
-            settled = SettledProbe(asked, tried._replace(attempts=attempts))
+            if isinstance(result.exchange, Answered):
+                self.executions.learn(probe, result.exchange)
+                self._prober.learn(probe.command, result.exchange)
+            settled = SettledProbe(probe, result._replace(attempts=attempts))
             settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
             return
-        one = self.unanswered.setdefault(asked.number, SilentProbe(asked, tried.exchange, 0))
-        one.silent, one.attempts = tried.exchange, attempts
-        one.sent_at.append((tried.exchange, asyncio.get_running_loop().time() - tried.exchange.waited))
-        self._confirm(self._confirmations.silence(asked, stamp))
+        silent = self.unanswered.setdefault(probe.number, SilentProbe(probe, result.exchange, 0))
+        silent.exchange, silent.attempts = result.exchange, attempts
+        silent.sent_at.append((result.exchange, asyncio.get_running_loop().time() - result.exchange.waited))
+        self._confirm(self._confirmations.silence(probe, stamp))
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
-        if not self._confirmations.wants(question.health):
+        if not self._confirmations.needs(question.check):
             return
-        right = self.health.is_healthy(question.command, exchange)
-        if right:
+        is_healthy = self.health.is_healthy(question.command, exchange)
+        if is_healthy:
             self.loss.learn(question.attempt)
-            self._confirm(self._confirmations.right(question.health))
-        elif right is None and question.attempt < MAX_ATTEMPTS:
+            self._confirm(self._confirmations.passed(question.check))
+        elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
             self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
         else:
             self._wrong.add(question.command.target)
 
-    def _confirm(self, endings: Confirmed) -> None:
-        self._settled += endings.answered
-        for asked in endings.silent:
-            if one := self.unanswered.get(asked.number):
-                one.confirmed += 1
-                self._call_again(one)
+    def _confirm(self, confirmed: Confirmed) -> None:
+        self._settled += confirmed.answered
+        for probe in confirmed.silent:
+            if silent := self.unanswered.get(probe.number):
+                silent.confirmed += 1
+                self._retry(silent)
 
-    def _call_again(self, one: SilentProbe) -> None:
-        """Let a silent probe be asked again, unless its silence is clear or must not be broken."""
-        if not (one.late_answer or one.doubt or one.asked.risk > Risk.WRITE or one.is_final(self.loss)):
-            is_last_try = one.confirmed + 1 >= self.loss.attempts_wanted
-            self._scheduler.again.append(one.asked._replace(is_last_try=is_last_try))
+    def _retry(self, silent: SilentProbe) -> None:
+        """Queue a silent probe to be sent again, unless its silence is certain or its class forbids it."""
+        if not (
+            silent.late_answer or silent.doubt or silent.probe.risk > Risk.WRITE or silent.is_final(self.loss)
+        ):
+            is_last_try = silent.confirmed + 1 >= self.loss.attempts_wanted
+            self._scheduler.again.append(silent.probe._replace(is_last_try=is_last_try))
 
     async def _void(self) -> None:
-        """Have everything asked again that no health check confirmed, once the robot is itself."""
+        """Send all probes again that no health check confirmed, once the nodes have recovered."""
         wrong, self._wrong = self._wrong, set()
         self._scheduler.questions.clear()
         void = self._confirmations.clear()
         for settled in void.answered:
-            asked = settled.asked
-            if asked.risk > Risk.WRITE:  # executed is executed: it is not repeated
+            probe = settled.probe
+            if probe.risk > Risk.WRITE:  # it may have been executed: never repeat it
                 self._settled.append(settled._replace(doubt=NOT_ITSELF, finding=None))
-            elif self._may_repeat(asked):
-                self.on_answer(SettledProbe(asked, no_result(asked, 1), NOT_ITSELF))
-                self._scheduler.todo.appendleft(asked)
+            elif self._may_repeat(probe):
+                self.on_answer(SettledProbe(probe, no_result(probe, 1), NOT_ITSELF))
+                self._scheduler.todo.appendleft(probe)
             else:
-                self._settled.append(SettledProbe(asked, no_result(asked, ROUNDS), NOT_ITSELF))
-        for asked in void.silent:
-            if one := self.unanswered.get(asked.number):
-                one.doubt = "" if self._may_repeat(asked) else NOT_ITSELF
-                self._call_again(one)
-        self._bury(await recover(self.line, self.health, wrong, lambda: self._over))
+                self._settled.append(SettledProbe(probe, no_result(probe, MAX_VOIDED), NOT_ITSELF))
+        for probe in void.silent:
+            if silent := self.unanswered.get(probe.number):
+                silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
+                self._retry(silent)
+        self._give_up_nodes(await recover(self.line, self.health, wrong, lambda: self._over))
 
-    def _may_repeat(self, asked: PreparedProbe) -> bool:
-        self._voided[asked.number] += 1
-        return self._voided[asked.number] < ROUNDS
+    def _may_repeat(self, probe: PreparedProbe) -> bool:
+        self._voided[probe.number] += 1
+        return self._voided[probe.number] < MAX_VOIDED
 
-    def _bury(self, nodes: set[int | None]) -> None:
-        """Settle every probe of dead nodes: nothing can be told of them any more."""
+    def _give_up_nodes(self, nodes: set[int | None]) -> None:
+        """Settle every probe of nodes that did not recover."""
         self.dead |= nodes
         for queue in (self._scheduler.todo, self._scheduler.again):
-            for asked in [asked for asked in queue if asked.command.target in nodes]:
-                queue.remove(asked)
-                if asked.number not in self.unanswered:
-                    self._settled.append(SettledProbe(asked, no_result(asked, 0), DEAD))
-        for one in self.unanswered.values():
-            if one.asked.command.target in nodes:
-                one.doubt = one.doubt or DEAD
+            for probe in [probe for probe in queue if probe.command.target in nodes]:
+                queue.remove(probe)
+                if probe.number not in self.unanswered:
+                    self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
+        for silent in self.unanswered.values():
+            if silent.probe.command.target in nodes:
+                silent.doubt = silent.doubt or DEAD
 
     async def _reconnect(self, error: LinkLostError) -> None:
-        """Open the link again, and send alone what was in flight when it dropped."""
+        """Reconnect, and send alone the probes that were in flight when the link dropped."""
         self._broken = None
         self._scheduler.questions.clear()
         async for probe, result in self._dropped.ask_again(error):

@@ -1,4 +1,4 @@
-"""Plans as values: what to ask, in stages of probes.
+"""Plans and probes, as values: a plan says what to send, in stages.
 
 A plan file is ordinary Python that defines ``PLAN``; ``probing.plans.loader`` runs it::
 
@@ -21,12 +21,12 @@ from sphero_probe.protocol.packets import Command
 
 
 class Probe(NamedTuple):
-    """One question.
+    """One command to send.
 
     Attributes:
-        command: the pair, the node (None: the robot's usual one) and, where given, the argument bytes.
-        exact: send the payload as it stands, empty too. Otherwise an empty payload is filled in: documented
-            reads are asked properly, everything else at a length that no command takes.
+        command: DID and CID, the node (None: the robot's usual one) and, if given, the argument bytes.
+        exact: send the payload unchanged, even if it is empty. Otherwise an empty payload is filled in:
+            documented reads get proper arguments, all other commands a length that no command takes.
     """
 
     command: Command
@@ -38,7 +38,7 @@ Stage = Iterable[Probe] | Callable[[Sequence[Finding]], Iterable[Probe]]
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to ask, in stages.
+    """What to send, in stages.
 
     Attributes:
         name: one word.
@@ -46,7 +46,7 @@ class Plan:
         stages: each is probes, or a function that makes them from the findings so far.
         robots: keys of the robots it is meant for, empty for any.
         file: where it was loaded from, None for one built in memory.
-        verify: ask what exists or was silent, and a part of the rest, once more at the end, one at a time.
+        verify: at the end, send what exists or was silent, and a part of the rest, once more, one at a time.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""One probe at a time: filling it in, assessing it by what was measured, and sending it."""
+"""Prepare one probe at a time, by the catalogue and by what was measured, and send it."""
 
 import asyncio
 from collections.abc import Callable, Collection, Iterable
@@ -9,7 +9,7 @@ from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked
-from sphero_probe.link.length_checks import REFUSALS_WANTED
+from sphero_probe.link.length_checks import REJECTIONS_WANTED
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import WRONG_LENGTH, Consent, is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
@@ -27,12 +27,12 @@ BUSY_PAUSE: Final = 0.1
 
 
 class FilledProbe(NamedTuple):
-    """A probe with everything filled in that needs no measurement.
+    """A probe with node and payload filled in, before it is assessed.
 
     Attributes:
         number: its place in the run, from 1.
         command: with node and payload.
-        knowledge: the catalogue's row for this robot, None where there is none.
+        knowledge: the catalogue's row for this robot, None if there is none.
     """
 
     number: int
@@ -49,9 +49,9 @@ class Prober:
 
     Attributes:
         profiles: node -> what calibration measured on it.
-        devices: node and device -> what calibration measured in it.
+        devices: node and device -> what calibration measured of it.
         claimed: node, device and command ids that the robot lists as its own.
-        intend: told of each probe before it goes out, each time it does.
+        intend: called with each probe before each time it is sent.
         line: to the robot.
         target: the address byte of the robot's usual node.
     """
@@ -72,12 +72,12 @@ class Prober:
         return self.line.link
 
     def masks(self, target: int | None) -> bool:
-        """Whether this node may refuse lengths even where no command exists: only a strict one does not."""
+        """Whether this node may reject lengths even of absent commands; only a strict one does not."""
         profile = self.profiles.get(target)
         return profile is None or profile.strictness is not Strictness.STRICT
 
     def fill(self, number: int, probe: Probe) -> FilledProbe:
-        """Fill in node and payload, and look up what is known of the pair."""
+        """Fill in node and payload, and look up the command in the catalogue."""
         policy = self.link.policy
         command = probe.command
         if command.target is None:
@@ -88,14 +88,14 @@ class Prober:
         return FilledProbe(number, command, row)
 
     async def calibrate(self, target: int | None, dids: Collection[int] = ()) -> NodeProfile:
-        """Measure how a node treats lengths.
+        """Measure how strictly a node checks lengths.
 
         Args:
             target: the node's address byte.
             dids: devices that will be probed.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         profile = await Calibration(self.line, target, dids).measure()
         self.profiles[target] = profile
@@ -104,14 +104,14 @@ class Prober:
     async def calibrate_devices(self, devices: Iterable[tuple[int | None, int]]) -> list[DeviceProfile]:
         """Measure devices that were not measured yet; return their profiles.
 
-        Reads are asked of all devices at once. Setters get their wrong length one after the other: the first
-        that accepts it is the last.
+        Reads are sent to all devices at once. Setters get their wrong length one after the other, until one
+        accepts it.
 
         Args:
             devices: node and device id of each.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         keys = [key for key in dict.fromkeys(devices) if key not in self.devices]
         for key in keys:
@@ -122,47 +122,47 @@ class Prober:
             await calibration.ask_setters()
         found = [calibration.profile() for calibration in calibrations]
         self.devices.update(zip(keys, found, strict=True))
-        self.claimed |= {(one.target, one.did, cid) for one in found for cid in one.claimed}
+        self.claimed |= {(profile.target, profile.did, cid) for profile in found for cid in profile.claimed}
         return found
 
     def learn(self, command: Command, answer: Answered) -> None:
-        """Take in an answer; it may tell that the node has no such device."""
+        """Learn from an answer that the node has no such device, if it says so."""
         if self.link.codec.verdict(answer.response.code) is Verdict.NO_DEVICE:
             self._absent.add((command.target, command.did))
 
     def _is_absent(self, target: int | None, did: int) -> bool:
-        """Whether the node has no such device, as far as it said."""
+        """Whether the node has no such device, as far as is known."""
         profile = self.devices.get((target, did))
         return (target, did) in self._absent or (profile is not None and not profile.exists)
 
     def has_evidence(self, command: Command) -> bool:
-        """Whether a command of this device refused a wrong length, or the device does not exist."""
+        """Whether a command of this device rejected a wrong length, or the device does not exist."""
         if self._is_absent(command.target, command.did):
             return True
-        return bool(self.link.policy.length_checks.refusals(command.target, command.did))
+        return bool(self.link.policy.length_checks.rejections(command.target, command.did))
 
     def is_proved(self, target: int | None, did: int) -> bool:
-        """Whether enough commands of a device refused a wrong length to have several in flight.
+        """Whether enough commands of a device rejected a wrong length to have several in flight.
 
-        Two must have, and one of them must be no read where the device has documented setters.
+        At least two must have; if the device has documented setters, one of them must not be a read.
         """
         if self._is_absent(target, did):
             return True
         policy, generation = self.link.policy, self.link.codec.generation
-        refused = policy.length_checks.refusals(target, did)
-        if len(refused) < REFUSALS_WANTED:
+        rejected = policy.length_checks.rejections(target, did)
+        if len(rejected) < REJECTIONS_WANTED:
             return False
         if not has_setters(generation, policy.robot, did):
             return True
         reads, _ = calibration_rows(generation, policy.robot, did)
-        return not refused <= {row.cid for row in reads}
+        return not rejected <= {row.cid for row in reads}
 
     def prepare(self, filled: FilledProbe) -> PreparedProbe:
-        """Assess a probe by what was measured so far."""
+        """Assess a probe by the policy, with what was measured so far."""
         number, command, row = filled
         risk, _, blocked = self.link.policy.assess(command)
         if len(command.payload) > self.link.codec.max_payload:
-            blocked = f"a payload of {len(command.payload)} bytes fits no frame of this robot"
+            blocked = f"a payload of {len(command.payload)} bytes does not fit into a frame of this robot"
         wrong_length = not blocked and risk is Risk.PROBE and not is_impossible(command)
         may_exist = wrong_length and (
             (row is not None and row.kind is Kind.COMMAND)
@@ -179,26 +179,26 @@ class Prober:
         )
 
     async def ask(
-        self, asked: PreparedProbe, before_sending: Callable[[], None] | None = None, *, alone: bool = False
+        self, probe: PreparedProbe, before_sending: Callable[[], None] | None = None, *, alone: bool = False
     ) -> ProbeResult:
-        """Ask one probe; a busy robot is asked again after a pause, a sleeping node is woken once.
+        """Send one probe; if the robot is busy, retry after a pause; wake a sleeping node once.
 
         Args:
-            asked: the probe.
-            before_sending: called each time it is about to go out.
-            alone: with nothing else in flight.
+            probe: the probe.
+            before_sending: called right before each time it is sent.
+            alone: send it with nothing else in flight.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
-        if asked.blocked:
-            return ProbeResult(Blocked(asked.command, asked.risk, asked.blocked), 0)
+        if probe.blocked:
+            return ProbeResult(Blocked(probe.command, probe.risk, probe.blocked), 0)
         woken = False
         pause = BUSY_PAUSE
-        pace = self.link.pace(asked.command.target)
+        pace = self.link.pace(probe.command.target)
 
         def intend() -> None:
-            self.intend(asked)
+            self.intend(probe)
             if before_sending:
                 before_sending()
 
@@ -206,10 +206,10 @@ class Prober:
         while True:
             attempt += 1
             exchange = await self.link.ask(
-                asked.command,
-                timeout=pace.last_try_timeout if asked.is_last_try else None,
+                probe.command,
+                timeout=pace.last_try_timeout if probe.is_last_try else None,
                 alone=alone,
-                expected=asked.is_expected,
+                expected=probe.is_expected,
                 before_sending=intend,
             )
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
@@ -217,7 +217,7 @@ class Prober:
             verdict = self.link.codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
-                await wake(self.link, asked.command.target)
+                await wake(self.link, probe.command.target)
             elif verdict is Verdict.BUSY:
                 await asyncio.sleep(pause)
                 pause *= 2
@@ -226,10 +226,10 @@ class Prober:
 
 
 def payload_for(row: CommandRow | None, consent: Consent) -> bytes:
-    """Return what to send where a plan leaves it open: the allowed properly, the rest at a wrong length.
+    """Return the payload for a probe without one: proper arguments if allowed, else a wrong length.
 
     Args:
-        row: what is known of the pair, None where nothing is.
+        row: the catalogue's row of the command, None if there is none.
         consent: what was allowed.
     """
     if row is None or row.kind is Kind.NOTIFICATION:

@@ -1,4 +1,4 @@
-"""What calibration measured, as values: how a node and its devices treat lengths, with the evidence."""
+"""The results of calibration, as values: how a node and its devices treat lengths, with the evidence."""
 
 from collections.abc import Mapping
 from enum import StrEnum
@@ -8,22 +8,22 @@ from sphero_probe.link.policy import WRONG_LENGTH
 from sphero_probe.protocol.packets import Command, Verdict
 
 GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)
-"""What a robot says of a pair that it does not have."""
+"""How a robot answers a command that it does not have."""
 ACCEPTED: Final = (Verdict.OK, Verdict.FAILED, Verdict.BAD_VALUE)
-"""What a command says that took the length it got: it ran, or it was about to."""
+"""How a command answers a length that it accepts: it was executed, or was about to be."""
 
 
 class Strictness(StrEnum):
     """How a node treats a length that a command does not take."""
 
     STRICT = "strict"
-    """Refused with "bad length", only where the command exists."""
+    """It rejects it with "bad length", but only if the command exists."""
     MASKING = "masking"
-    """Refused with "bad length" even where no command exists: that answer proves nothing."""
+    """It rejects it with "bad length" even if the command does not exist: that answer proves nothing."""
     LENIENT = "lenient"
     """A command accepted a wrong length: wrong-length probing is off."""
     NO_NODE = "no such node"
-    """Every read is answered with "bad target id": nothing is there that could execute anything."""
+    """It answers every read with "bad target id": there is nothing that could execute a command."""
     UNKNOWN = "unknown"
     """It could not be measured: wrong-length probing is off."""
 
@@ -32,9 +32,9 @@ class Step(NamedTuple):
     """One calibration probe and its answer.
 
     Attributes:
-        command: what was asked.
-        wanted: what a strict node answers.
-        said: what this node answered, in words.
+        command: the command that was sent.
+        wanted: how a strict node answers.
+        said: how this node answered, in words.
     """
 
     command: Command
@@ -43,7 +43,7 @@ class Step(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """An answer, as far as it can be compared with another one.
+    """The parts of an answer that can be compared with those of another.
 
     Attributes:
         code: the error code.
@@ -58,12 +58,12 @@ class NodeProfile(NamedTuple):
     """What calibration found on one node.
 
     Attributes:
-        target: the node's address byte, None where addresses are left out.
+        target: the node's address byte, None if the robot takes no addresses.
         strictness: the conclusion.
         why: one line.
         steps: the evidence.
-        absent: a pair that the node called absent, None where it called none so.
-        executed: a command above the class ``read`` that accepted a wrong length; None where none did.
+        absent: a command that the node called absent, None if there is none.
+        executed: a command above the class ``read`` that accepted a wrong length; None if none did.
     """
 
     target: int | None
@@ -78,14 +78,14 @@ class DeviceProfile(NamedTuple):
     """What calibration found in one device of a node.
 
     Attributes:
-        target: the node's address byte, None where addresses are left out.
+        target: the node's address byte, None if the robot takes no addresses.
         did: the device id.
         exists: whether the node has the device, as far as its answers tell.
-        asked: existing documented commands that got a wrong length.
-        refused: how many of them refused it as such.
+        asked: how many existing documented commands got a wrong length.
+        rejected: how many of them rejected it as such.
         impossible: payload length -> the answer to a command that cannot exist, None for silence.
         steps: the evidence.
-        executed: a command above the class ``read`` that accepted a wrong length; None where none did.
+        executed: a command above the class ``read`` that accepted a wrong length; None if none did.
         claimed: command ids that the robot lists for the device.
     """
 
@@ -93,7 +93,7 @@ class DeviceProfile(NamedTuple):
     did: int
     exists: bool
     asked: int
-    refused: int
+    rejected: int
     impossible: Mapping[int, Answer | None]
     steps: tuple[Step, ...]
     executed: Command | None = None
@@ -101,15 +101,15 @@ class DeviceProfile(NamedTuple):
 
     @property
     def knows_impossible(self) -> bool:
-        """Whether it was measured what a command that cannot exist answers."""
+        """Whether the answer to a command that cannot exist was measured."""
         return WRONG_LENGTH in self.impossible
 
     def to_impossible(self, length: int) -> Answer | None:
         """Return the answer to a command that cannot exist, None for silence.
 
         Args:
-            length: of the payload; any but 0 is compared with the wrong length of a probe. Where the empty
-                payload was not sent, the wrong length stands for it.
+            length: of the payload. All lengths but 0 count as the wrong length of a probe; so does 0 if the
+                empty payload was not sent.
         """
         wrong = self.impossible.get(WRONG_LENGTH)
         return self.impossible.get(0, wrong) if length == 0 else wrong

@@ -1,4 +1,4 @@
-"""Questions of calibration: each is asked until it is answered, and kept as evidence."""
+"""Ask the questions of calibration until they are answered, and keep them as evidence."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,7 +17,7 @@ class Reply(NamedTuple):
     Attributes:
         verdict: of the answer, None without one.
         answer: the answer, None without one.
-        blocked: the policy did not let it out.
+        blocked: the policy blocked it.
     """
 
     verdict: Verdict | None
@@ -33,7 +33,7 @@ class Questions:
     """
 
     def __init__(self, line: Reconnector, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
-        """Take the node, and how often a silent question is asked."""
+        """Choose the node, and how often a silent question is asked."""
         self.steps: list[Step] = []
         self._attempts = attempts
         self._line = line
@@ -43,28 +43,28 @@ class Questions:
         """Ask one question.
 
         Args:
-            command: what to ask, of any node.
-            wanted: what a strict node answers.
+            command: to send; its node is replaced.
+            wanted: how a strict node answers.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         (reply,) = await self.ask_all([command], wanted)
         return reply
 
     async def ask_all(self, commands: Sequence[Command], *wanted: str) -> list[Reply]:
-        """Ask several questions at once; what is wanted is told for each, or once for all.
+        """Ask several questions at once; ``wanted`` has an answer for each, or one for all.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the link was lost.
         """
         wanted = wanted if len(wanted) == len(commands) else wanted * len(commands)
-        asked = await ask_together(map(self._ask, commands, wanted))
-        self.steps += [step for step, _ in asked]
-        return [reply for _, reply in asked]
+        replies = await ask_together(map(self._ask, commands, wanted))
+        self.steps += [step for step, _ in replies]
+        return [reply for _, reply in replies]
 
     async def _ask(self, command: Command, wanted: str) -> tuple[Step, Reply]:
-        """Ask until it is answered; from the second time on with nothing else in flight."""
+        """Ask until it is answered; retries are sent with nothing else in flight."""
         codec = self._line.link.codec
         command = command._replace(target=self._target)
         for attempt in range(self._attempts):

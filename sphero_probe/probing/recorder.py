@@ -1,4 +1,4 @@
-"""What a run hands to whoever keeps it, and takes back when it goes on: intents and records, findings."""
+"""The interface between a run and what records it, and the results of an interrupted run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,35 +10,35 @@ from sphero_probe.probing.finding import Finding, Record
 
 
 class Recorder(Protocol):
-    """Who keeps what a run intends and finds, so that nothing answered is lost."""
+    """Records the intents and results of a run, so that no answer is lost."""
 
-    def intend(self, asked: PreparedProbe) -> None:
-        """Take in that a probe is about to be sent."""
+    def intend(self, probe: PreparedProbe) -> None:
+        """Record that a probe is about to be sent."""
         ...
 
     def record(self, record: Record) -> None:
-        """Take in what came to light."""
+        """Record a heading, finding, note or summary."""
         ...
 
 
 class NullRecorder:
-    """Keeps nothing."""
+    """Records nothing."""
 
-    def intend(self, asked: PreparedProbe) -> None:
-        """Forget it."""
+    def intend(self, probe: PreparedProbe) -> None:
+        """Do nothing."""
 
     def record(self, record: Record) -> None:
-        """Forget it."""
+        """Do nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class PreviousResults:
-    """What an interrupted run of the same plan on the same robot left behind.
+    """The results of an interrupted run of the same plan on the same robot.
 
     Attributes:
-        findings: number -> what was settled; it is not asked again.
-        doubtful: number -> class of the probes that went out and were never settled; above ``probe`` they are
-            not sent again, for they may have been executed.
+        findings: number -> finding of a settled probe; it is not sent again.
+        doubtful: number -> class of a probe that was sent and never settled. Above ``probe`` it is not sent
+            again, because it may have been executed.
         lenient: nodes on which a command accepted a wrong length.
     """
 

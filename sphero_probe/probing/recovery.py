@@ -1,4 +1,4 @@
-"""Waiting until nodes that failed a health check are themselves again."""
+"""Wake nodes that failed a health check, and wait until they pass one."""
 
 import asyncio
 from collections.abc import Callable, Collection

@@ -1,4 +1,4 @@
-"""Retries: how often a silent probe is sent again, and what its silence proves in the end."""
+"""Decide how often a silent probe is sent again, and what its silence proves in the end."""
 
 from dataclasses import dataclass, field
 from math import ceil, inf, log
@@ -10,49 +10,49 @@ from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding
 
 LEAST_ATTEMPTS: Final = 2
-"""How often what nobody answers is asked at least, on a line that loses nothing."""
+"""The fewest times a silent probe is sent, over a link that loses nothing."""
 MOST_ATTEMPTS: Final = 12
-"""How often what nobody answers is asked at most, however much is lost on the line."""
+"""The most times a silent probe is sent, however much the link loses."""
 FALSE_SILENCES: Final = 1e-3
-"""How many answered commands of a whole run may be called silent, on average over many runs."""
+"""How many commands per run may be wrongly called silent, on average over many runs."""
 _SHOWN: Final = 40
-"""Damaged bytes that are shown."""
+"""Damaged bytes that a note shows."""
 _DOUBT: Final = 20
-"""A line counts as losing one command in so many until it is known better."""
-LOST: Final = "the link was lost before it was settled"
-STOPPED: Final = "stopped before it was asked again"
-ONCE: Final = "asked once only: its class is not repeated"
-NOT_ITSELF: Final = "the robot was asleep, rebooted or in another mode whenever it was asked"
-DEAD: Final = "the node stopped answering as before, and did not recover"
-UNCHECKED: Final = "no answer, from a node that answers no health check either"
-SUSPECT: Final = "suspect: the link dropped twice while this was asked"
-DAMAGED: Final = "no sound answer, but bytes came that may be one"
-LOSSY: Final = "no answer, on a line that loses too much to call it silent"
-EXECUTED: Final = "the link dropped: it may have been executed"
-EXECUTED_BEFORE: Final = "sent before the run was interrupted, may have been executed: not sent again"
+"""A link is assumed to lose one command in so many, until more is known."""
+LOST: Final = "the link was lost before this was settled"
+STOPPED: Final = "stopped before this was sent again"
+ONCE: Final = "sent only once: commands of this class are not repeated"
+NOT_ITSELF: Final = "the robot was asleep, rebooted or in another mode each time this was sent"
+DEAD: Final = "the node failed a health check and did not recover"
+UNCHECKED: Final = "no answer, and the node answers no health check either"
+SUSPECT: Final = "suspect: the link dropped twice while this was in flight"
+DAMAGED: Final = "no valid answer, but bytes arrived that may be one"
+LOSSY: Final = "no answer, over a link that loses too much to call this silent"
+EXECUTED: Final = "the link dropped: this may have been executed"
+EXECUTED_BEFORE: Final = "sent before the run was interrupted and may have been executed: not sent again"
 
 
 class SettledProbe(NamedTuple):
     """How a probe ended.
 
     Attributes:
-        asked: the probe.
-        tried: the exchange and how often it was sent.
-        doubt: why the exchange proves nothing, empty when it does.
-        finding: the judgement, once it was judged.
+        probe: the probe.
+        result: the exchange and how often the probe was sent.
+        doubt: why the exchange proves nothing, empty if it proves something.
+        finding: once the probe is judged.
     """
 
-    asked: PreparedProbe
-    tried: ProbeResult
+    probe: PreparedProbe
+    result: ProbeResult
     doubt: str = ""
     finding: Finding | None = None
 
 
 class LossEstimate:
-    """How much the line loses, learned from commands that were answered in the end.
+    """Estimates how much the link loses, from commands that were answered in the end.
 
     Attributes:
-        probes: how many the run has, as far as that is known.
+        probes: how many the run has, as far as is known.
     """
 
     def __init__(self) -> None:
@@ -61,33 +61,33 @@ class LossEstimate:
         self._lost = 0
 
     def learn(self, attempts: int) -> None:
-        """Take in a command that was answered at this attempt."""
+        """Record a command that was answered at this attempt."""
         self._sent += attempts
         self._lost += attempts - 1
 
     @property
     def attempts_wanted(self) -> int:
-        """How often a command must stay silent until chance does not explain it; may be beyond reason."""
+        """How many silences chance does not explain any more; may exceed ``MOST_ATTEMPTS``."""
         rate = (self._lost + 1) / (self._sent + _DOUBT)
         return max(LEAST_ATTEMPTS, ceil(log(FALSE_SILENCES / max(self.probes, 1)) / log(rate)))
 
 
 @dataclass(slots=True)
 class SilentProbe:
-    """A probe that stayed silent so far.
+    """A probe that is silent so far.
 
     Attributes:
-        asked: the probe.
-        silent: its last exchange.
+        probe: the probe.
+        exchange: of its last attempt.
         attempts: how often it was sent.
-        confirmed: how many of its silences a passed health check followed.
-        late_answer: the answer that came after all.
-        doubt: why it will not be asked again, empty when it will.
-        sent_at: when each attempt was sent, on the event loop's clock, as far as one may still be answered.
+        confirmed: how many of its silences a health check confirmed.
+        late_answer: the answer that arrived after all.
+        doubt: why it will not be sent again, empty if it may be.
+        sent_at: each attempt that may still be answered, with its time on the event loop's clock.
     """
 
-    asked: PreparedProbe
-    silent: Silent
+    probe: PreparedProbe
+    exchange: Silent
     attempts: int
     confirmed: int = 0
     late_answer: Answered | None = None
@@ -95,7 +95,7 @@ class SilentProbe:
     sent_at: list[tuple[Silent, float]] = field(default_factory=list)
 
     def hear(self, late: LateResponse) -> bool:
-        """Take in an answer that may belong to one of the attempts; return whether it does."""
+        """Take an answer if it belongs to one of the attempts; return whether it does."""
         for silent, _ in self.sent_at:
             if silent is late.earlier:
                 command, seq, sent, waited = silent
@@ -106,36 +106,36 @@ class SilentProbe:
 
     @property
     def first_sent(self) -> float:
-        """When it was sent first, on the event loop's clock; minus infinity where it never was."""
+        """When it was first sent, on the event loop's clock; minus infinity if it never was."""
         return min((at for _, at in self.sent_at), default=-inf)
 
     def is_final(self, loss: LossEstimate) -> bool:
-        """Whether asking once more would tell nothing new."""
+        """Whether sending it once more would prove nothing new."""
         return self.confirmed >= loss.attempts_wanted or self.attempts >= MOST_ATTEMPTS
 
-    def last_word(self, loss: LossEstimate, interrupted: str, damage: bytes = b"") -> SettledProbe:
+    def settle(self, loss: LossEstimate, interrupted: str, damage: bytes = b"") -> SettledProbe:
         """Return how it ended.
 
         Args:
-            loss: what the line was seen to lose.
-            interrupted: why the run ended early, empty when it did not.
-            damage: bytes that may be what is left of its answer, empty where none came.
+            loss: how much the link loses.
+            interrupted: why the run ended early, empty if it did not.
+            damage: bytes that may be its damaged answer, empty if there are none.
         """
         if self.late_answer:
-            return SettledProbe(self.asked, ProbeResult(self.late_answer, self.attempts))
+            return SettledProbe(self.probe, ProbeResult(self.late_answer, self.attempts))
         doubt = self.doubt
         if not doubt and self.confirmed < loss.attempts_wanted:
-            doubt = interrupted or (ONCE if self.asked.risk > Risk.WRITE else LOSSY)
+            doubt = interrupted or (ONCE if self.probe.risk > Risk.WRITE else LOSSY)
         if damage and (not doubt or doubt is LOSSY):
             doubt = f"{DAMAGED}: {damage[:_SHOWN].hex(' ')}"
-        return SettledProbe(self.asked, ProbeResult(self.silent, self.attempts), doubt)
+        return SettledProbe(self.probe, ProbeResult(self.exchange, self.attempts), doubt)
 
 
-def silence(asked: PreparedProbe) -> Silent:
-    """Return the exchange of a probe of which nothing is known."""
-    return Silent(asked.command, 0, b"", 0.0)
+def silence(probe: PreparedProbe) -> Silent:
+    """Return a placeholder exchange for a probe without one."""
+    return Silent(probe.command, 0, b"", 0.0)
 
 
-def no_result(asked: PreparedProbe, attempts: int) -> ProbeResult:
-    """Return how a probe ended that proved nothing at all."""
-    return ProbeResult(silence(asked), attempts)
+def no_result(probe: PreparedProbe, attempts: int) -> ProbeResult:
+    """Return the result of a probe that proved nothing."""
+    return ProbeResult(silence(probe), attempts)

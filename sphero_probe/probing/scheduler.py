@@ -1,4 +1,4 @@
-"""What goes out next: probes and canaries stand in line, and leave as the robot has room for them."""
+"""Decide what is sent next: a question of a health check, a retry or a new probe, as the robot has room."""
 
 import asyncio
 from collections import deque
@@ -17,33 +17,39 @@ from sphero_probe.probing.prober import Prober
 from sphero_probe.protocol.packets import Command
 
 PROBES_PER_CHECK: Final = 16
-"""Probes between two canaries."""
+"""Probes between two health checks."""
 SECONDS_PER_CHECK: Final = 2.0
-"""Seconds between two canaries, as long as there are probes."""
+"""Seconds between two health checks, as long as there are probes."""
 _LOOK_AHEAD: Final = 16
-"""Probes of a queue that are looked at for one that may go now."""
-_QUESTIONS: Final = 2
-"""Commands that a canary is made of."""
+"""How far into a queue to look for a probe that may be sent now."""
+_QUESTIONS_PER_CHECK: Final = 2
+"""Commands of one health check."""
 
 
 class HealthQuestion(NamedTuple):
-    """One question of a canary, on its way."""
+    """One question of a health check.
 
-    health: int
+    Attributes:
+        check: number of the health check.
+        command: to send.
+        attempt: from 1.
+    """
+
+    check: int
     command: Command
     attempt: int = 1
 
 
 class Scheduler:
-    """Three lines to stand in, and what is in flight.
+    """Three queues, and what is in flight.
 
     Attributes:
-        in_flight_probes: what was sent and has not ended.
-        todo: probes that were not asked yet.
-        again: probes that stayed silent.
-        questions: of canaries.
-        is_last: nothing more will come, so that a canary need not wait for more probes to prove.
-        width: things in flight at most, None for as many as the robot bears.
+        in_flight_probes: probes and questions that were sent and have not ended.
+        todo: probes that were not sent yet.
+        again: silent probes to send again.
+        questions: of health checks.
+        is_last: no more probes follow, so the last health check need not wait for any.
+        width: the most items in flight, None for as many as the robot takes.
     """
 
     def __init__(
@@ -66,16 +72,16 @@ class Scheduler:
         self._confirmations = confirmations
         self._on_confirmed = on_confirmed
         self._since_check = 0
-        self._in_vain = 0
+        self._retries_in_a_row = 0
         self._checked_at = float("-inf")
 
     @property
     def is_idle(self) -> bool:
-        """Whether nobody stands in line and nothing is in flight."""
+        """Whether all queues are empty and nothing is in flight."""
         return not (self.in_flight_probes or self.todo or self.again or self.questions)
 
     def clear(self) -> None:
-        """Let nobody stand in line any more."""
+        """Empty all queues."""
         for line in (self.todo, self.again, self.questions):
             line.clear()
 
@@ -90,7 +96,7 @@ class Scheduler:
                     return
                 if self._prober.link.room(item.command.target) <= self.in_flight_probes.waiting:
                     return
-            self._in_vain = self._in_vain + 1 if queue is self.again else 0
+            self._retries_in_a_row = self._retries_in_a_row + 1 if queue is self.again else 0
             queue.remove(item)  # type: ignore[arg-type]
             if isinstance(item, HealthQuestion):
                 self.in_flight_probes.start(item, partial(self._ask, item))
@@ -101,7 +107,7 @@ class Scheduler:
     def _next_item(
         self, queue: deque[PreparedProbe] | deque[HealthQuestion]
     ) -> PreparedProbe | HealthQuestion | None:
-        """Return the first of a queue that may go now, None when each must wait for what is in flight."""
+        """Return the first item of a queue that may be sent now, None if all must wait."""
         first = queue[0]
         if isinstance(first, HealthQuestion) or not first.is_wrong_length:
             return first
@@ -111,18 +117,23 @@ class Scheduler:
         return None
 
     def _may_go(self, probe: PreparedProbe) -> bool:
-        """Whether a probe may go now: at most one at a time may reach a command that accepts its length."""
+        """Whether a probe may be sent now.
+
+        At most one probe in flight may reach a command that accepts its wrong length.
+        """
         if not probe.is_wrong_length:
             return True
         target = probe.command.target
-        flying = [
+        in_flight = [
             other
             for other in self.in_flight_probes.items
             if isinstance(other, PreparedProbe) and other.is_wrong_length and other.command.target == target
         ]
         if not self._is_proved(probe):
-            return not flying
-        return all(self._is_proved(other) and not (probe.may_exist and other.may_exist) for other in flying)
+            return not in_flight
+        return all(
+            self._is_proved(other) and not (probe.may_exist and other.may_exist) for other in in_flight
+        )
 
     def _is_proved(self, probe: PreparedProbe) -> bool:
         return self._prober.is_proved(probe.command.target, probe.command.did)
@@ -133,32 +144,32 @@ class Scheduler:
         due = self._since_check and (
             self._since_check >= PROBES_PER_CHECK or now - self._checked_at >= SECONDS_PER_CHECK
         )
-        if due or self._needs_fence or (self.is_idle and self._confirmations):
+        if due or self._needs_check or (self.is_idle and self._confirmations):
             self._queue_check(now)
         if self.questions:
             return self.questions
-        if self.again and not (self.todo and self._in_vain):
+        if self.again and not (self.todo and self._retries_in_a_row):
             return self.again
         return self.todo or None
 
     @property
-    def _needs_fence(self) -> bool:
-        """Whether nothing is in flight, or soon will, whose answer would tell of those without one."""
+    def _needs_check(self) -> bool:
+        """Whether a health check is needed because no other command will confirm the silent probes."""
         if self.todo or self.questions or not self._since_check:
             return False
         if not self.again:
             return self.is_last
         window = self._prober.link.pace(self.again[0].command.target).window
-        return self._in_vain >= max(1, window - _QUESTIONS)
+        return self._retries_in_a_row >= max(1, window - _QUESTIONS_PER_CHECK)
 
     def _queue_check(self, now: float) -> None:
         self._since_check, self._checked_at = 0, now
         nodes = self._confirmations.nodes | {item.command.target for item in self.in_flight_probes.items}
         questions = [question for target in nodes for question in self._health.questions(target)]
-        health = self._confirmations.send(len(questions))
-        self.questions += [HealthQuestion(health, question) for question in questions]
-        if not questions:  # nothing is known that these nodes would answer
-            self._on_confirmed(self._confirmations.right(health, 0))
+        check = self._confirmations.send(len(questions))
+        self.questions += [HealthQuestion(check, question) for question in questions]
+        if not questions:  # these nodes answer no health check
+            self._on_confirmed(self._confirmations.passed(check, 0))
 
     async def _ask(self, question: HealthQuestion, before_sending: Callable[[], None]) -> Exchange:
         alone = question.attempt == MAX_ATTEMPTS

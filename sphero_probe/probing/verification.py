@@ -1,4 +1,4 @@
-"""Which findings are sent again at the end of a run, and whether they say the same."""
+"""Select which probes are sent again at the end of a run, and compare their findings."""
 
 from typing import Final
 
@@ -9,16 +9,16 @@ ABSENT_SHARE: Final = 20
 
 
 def is_verified(finding: Finding) -> bool:
-    """Whether a verifying run sends this one again: what exists or was silent, and a part of the absent."""
+    """Whether a verifying run sends this probe again: what exists or was silent, and some of the absent."""
     if finding.outcome is Outcome.ABSENT:
         return finding.number % ABSENT_SHARE == 0
     return finding.outcome in (Outcome.EXISTS, Outcome.SILENT)
 
 
 def contradiction(old: Finding, new: Finding) -> Finding | None:
-    """Return the inconclusive finding that replaces the old one, None where both say the same.
+    """Return the inconclusive finding that replaces the old one, None if both agree.
 
-    A value may have changed meanwhile; its code may not.
+    The values in an answer may change; its code may not.
     """
     if (old.outcome, old.code_name) == (new.outcome, new.code_name):
         return None

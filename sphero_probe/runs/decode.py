@@ -1,7 +1,7 @@
-"""One line of a journal: the object that it holds goes in, checked values come out.
+"""Turn the JSON object of a journal line into a checked entry.
 
-A journal may come from a stranger. Every field is held to its type and range, nothing in a line is imported,
-looked up as a file or run.
+A journal may come from a stranger. The type and range of every field are checked. Nothing in a line is
+imported, opened as a file, or executed.
 """
 
 import hashlib
@@ -20,26 +20,26 @@ from sphero_probe.runs.fields import Fields
 
 SCHEMA_VERSION: Final = 1
 MAX_LINE: Final = 1 << 20
-"""Bytes of one line, its end included."""
+"""Bytes of one line, with its end."""
 MAX_TEXT: Final = 1 << 16
-"""Characters of what people read."""
+"""Characters of a text for the user."""
 MAX_WORD: Final = 512
 """Characters of a name."""
 _NUMBERS: Final = 1 << 31
 
 
 class Opening(NamedTuple):
-    """What a run was asked to do: the first line of its journal.
+    """The first line of a journal: what the run was asked to do.
 
     Attributes:
-        command: of the command line: ``sweep``, ``discover``, ``send``, ``led``.
+        command: the command of the tool: ``sweep``, ``discover``, ``send``, ``led``.
         plan: the plan's name.
         digest: of the plan, see ``digest_of``.
-        options: those that say what to ask, without dashes: ``{"did": "0x13"}``.
+        options: the options that select what to send, without dashes: ``{"did": "0x13"}``.
         target: the node as it was typed, empty for the robot's usual one.
-        address: where the robot was reached.
+        address: the robot's device address.
         generation: the protocol it speaks.
-        robot: the model's key, empty where it is not known.
+        robot: the model's key, empty if it is not known.
         device: the robot's name.
         consent: the allowed risk classes, by name.
     """
@@ -74,10 +74,10 @@ Entry = Opening | Intent | Record
 
 
 def digest_of(plan: Plan) -> str:
-    """Return what tells this plan from others: a hash of its file, or of its probes.
+    """Return a hash that identifies a plan: of its file, or of its probes.
 
     Raises:
-        BadInputFileError: the plan's file cannot be read any more.
+        BadInputFileError: the plan's file cannot be read.
     """
     if plan.file:
         try:
@@ -95,20 +95,20 @@ def digest_of(plan: Plan) -> str:
 
 
 def decode(data: dict[str, object], opening: Opening | None) -> Entry:
-    """Return the entry that a line's object stands for.
+    """Return the entry of a journal line.
 
     Args:
         data: what ``parse`` returned.
-        opening: the journal's first line; None while that is the one to decode.
+        opening: the journal's first line; None to decode that one.
 
     Raises:
-        BadLineError: a field is missing, of a wrong type or out of range, or the line may not stand here.
+        BadLineError: a field is missing, of a wrong type or out of range, or the line is not allowed here.
     """
     fields = Fields(data)
     kind = data.get("type")
     if opening is None:
         if kind != "journal":
-            raise BadLineError("does not begin as a journal does")
+            raise BadLineError("does not start like a journal")
         return _opening(fields)
     match kind:
         case "run":
@@ -122,7 +122,7 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
         case "summary":
             return _summary(fields)
         case _:
-            raise BadLineError("a type of line that is not known")
+            raise BadLineError("an unknown type of line")
 
 
 def _opening(fields: Fields) -> Opening:
@@ -191,7 +191,7 @@ def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generati
     received = fields.raw("received")
     packets = CODECS[generation].decoder(Role.HOST).feed(received)
     if len(packets) != 1 or not isinstance(packets[0], Response):
-        raise BadLineError("received is no answer")
+        raise BadLineError("received is not one response")
     return Answered(command, seq, sent, packets[0], received, seconds)
 
 

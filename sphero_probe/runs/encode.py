@@ -1,7 +1,7 @@
-"""What a run says of itself goes in, lines of a journal come out, as ``journal_lines.decode`` reads them.
+"""Turn entries into journal lines, which ``decode`` reads.
 
-A sweep writes two lines for every probe: intents and findings are therefore filled into a text whose shape is
-known, and only what may need escaping goes through the encoder of JSON.
+A sweep writes two lines per probe. So intents and findings are formatted with a template, which is fast; only
+texts that may need escaping pass through the JSON encoder.
 """
 
 import json
@@ -28,11 +28,11 @@ _JSON: Final = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 
 
 def encode(entry: Entry, *, resumed: bool = False) -> bytes:
-    """Return an entry as one line of ASCII, its end included.
+    """Return an entry as one line of ASCII, with its end.
 
     Args:
         entry: what to write.
-        resumed: for a heading: the run goes on where an earlier one ended.
+        resumed: for a heading: the run resumes an interrupted one.
     """
     match entry:
         case Finding():
@@ -45,8 +45,8 @@ def encode(entry: Entry, *, resumed: bool = False) -> bytes:
             held = entry._replace(plan=entry.plan[:MAX_WORD])
             return _line({"type": "journal", "schema_version": SCHEMA_VERSION} | held._asdict())
         case Heading():
-            told = entry._replace(plan=entry.plan[:MAX_WORD])
-            return _line({"type": "run", "resumed": resumed} | told._asdict())
+            shortened = entry._replace(plan=entry.plan[:MAX_WORD])
+            return _line({"type": "run", "resumed": resumed} | shortened._asdict())
         case Summary():
             ending: dict[str, object] = {"type": "summary"}
             return _line(ending | entry._asdict())
@@ -107,7 +107,7 @@ def _line(data: dict[str, object]) -> bytes:
 
 
 def _writable(value: object) -> object:
-    """Numbers that JSON cannot hold, as a decoded float may be one, become texts."""
+    """Return a value with floats that JSON cannot hold, such as NaN, turned into texts."""
     match value:
         case float():
             return value if math.isfinite(value) else str(value)

@@ -1,4 +1,4 @@
-"""One JSON object of an untrusted file: a line of bytes comes in, fields of checked type and range go out."""
+"""Parse one line of an untrusted journal, and check type and range of its fields."""
 
 import json
 import math
@@ -22,28 +22,28 @@ _Member = TypeVar("_Member")
 
 
 def parse(line: bytes) -> dict[str, object]:
-    """Return the JSON object that a line holds.
+    """Return the JSON object of a line.
 
     Raises:
-        BadLineError: it holds none.
+        BadLineError: the line is not a JSON object.
     """
     try:
-        data = json.loads(line, parse_constant=_refuse_constant, parse_float=_finite)
+        data = json.loads(line, parse_constant=_reject_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:
-        raise BadLineError("not a line of JSON") from error
+        raise BadLineError("not valid JSON") from error
     if not isinstance(data, dict):
         raise BadLineError("not a JSON object")
     return data
 
 
-def _refuse_constant(_: str) -> NoReturn:
-    raise ValueError("no number")
+def _reject_constant(_: str) -> NoReturn:
+    raise ValueError("not a finite number")
 
 
 def _finite(text: str) -> float:
     value = float(text)
     if not math.isfinite(value):
-        raise ValueError("no number")
+        raise ValueError("not a finite number")
     return value
 
 
@@ -65,7 +65,7 @@ class Fields:
         """A whole number within bounds."""
         value = self._data.get(key)
         if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-            raise BadLineError(f"{key} is no number from {least} to {most}")
+            raise BadLineError(f"{key} is not a number from {least} to {most}")
         return value
 
     def byte(self, key: str) -> int:
@@ -77,18 +77,18 @@ class Fields:
         return None if self._data.get(key) is None else self.byte(key)
 
     def seconds(self, key: str) -> float:
-        """A length of time."""
+        """A duration."""
         value = self._data.get(key)
         if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= _SECONDS:
-            raise BadLineError(f"{key} is no length of time")
+            raise BadLineError(f"{key} is not a duration")
         return float(value)
 
     def text(self, key: str, limit: int) -> str:
-        """A text of at most so many characters."""
+        """A text of limited length."""
         return _text(self._data.get(key), key, limit)
 
     def raw(self, key: str, limit: int = _FRAME) -> bytes:
-        """Bytes, written in hex without blanks."""
+        """Bytes, written in hex without spaces."""
         text = _text(self._data.get(key), key, 2 * limit)
         try:
             if text.isalnum() or not text:
@@ -105,10 +105,10 @@ class Fields:
         return value
 
     def one_of(self, key: str, words: Mapping[str, _Member]) -> _Member:
-        """What one of these words stands for."""
+        """The value that one of these words stands for."""
         value = self._data.get(key)
         if not isinstance(value, str) or value not in words:
-            raise BadLineError(f"{key} is none of {', '.join(words)}")
+            raise BadLineError(f"{key} is not one of {', '.join(words)}")
         return words[value]
 
     def risk(self, key: str) -> Risk:
@@ -116,7 +116,7 @@ class Fields:
         return self.one_of(key, {risk.word: risk for risk in Risk})
 
     def texts(self, key: str) -> dict[str, str]:
-        """Names with a text each."""
+        """An object whose values are texts."""
         held = self._object(key)
         return {_text(name, key, _NAME): _text(value, key, _TEXT) for name, value in held.items()}
 
@@ -125,37 +125,37 @@ class Fields:
         value = self._data.get(key)
         words = {risk.word for risk in Risk}
         if not isinstance(value, list) or len(value) > len(words) or any(one not in words for one in value):
-            raise BadLineError(f"{key} is no list of risk classes")
+            raise BadLineError(f"{key} is not a list of risk classes")
         return tuple(value)
 
     def counts(self, key: str, words: Iterable[str]) -> dict[str, int]:
-        """A number for each of these words that is there."""
+        """A count for each of these words that the object has."""
         data = self._object(key)
         held = Fields(data)
         return {word: held.whole(word, 0, _COUNT) for word in words if word in data}
 
     def details(self, key: str) -> dict[str, object]:
-        """The details of a note: any JSON that is not absurdly deep or long."""
+        """The details of a note: any JSON of limited depth and size."""
         held = self._object(key)
         if not _is_plain(held, _DEPTH) or _OWN_KEYS.intersection(held):
-            raise BadLineError(f"{key} holds what no note does")
+            raise BadLineError(f"{key} is not the details of a note")
         return held
 
     def _object(self, key: str) -> dict[str, object]:
         value = self._data.get(key)
         if not isinstance(value, dict) or len(value) > _ENTRIES:
-            raise BadLineError(f"{key} is no object of at most {_ENTRIES} entries")
+            raise BadLineError(f"{key} is not an object of at most {_ENTRIES} entries")
         return value
 
 
 def _text(value: object, key: str, limit: int) -> str:
     if not isinstance(value, str) or len(value) > limit:
-        raise BadLineError(f"{key} is no text of at most {limit} characters")
+        raise BadLineError(f"{key} is not a text of at most {limit} characters")
     return value
 
 
 def _is_plain(value: object, depth: int) -> bool:
-    """Whether it nests at most so deep and holds no number of absurd length."""
+    """Whether a value nests no deeper than this and holds no huge numbers."""
     match value:
         case int():
             return -_WHOLE < value < _WHOLE

@@ -1,7 +1,7 @@
-"""Where files are kept between runs: journals in the state folder, the last scan in the cache folder.
+"""Find the folders for files that are kept between runs: state (journals) and cache (the last scan).
 
-Absolute paths in ``$XDG_STATE_HOME`` and ``$XDG_CACHE_HOME`` decide on every system; without them it is
-the usual place of the system.
+On every system, absolute paths in ``$XDG_STATE_HOME`` and ``$XDG_CACHE_HOME`` are used. Without them, the
+folders are in the usual place of the system.
 """
 
 import os
@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Final
 
 APP: Final = "sphero-probe"
-"""The name of the tool's own folder below the user's."""
+"""The name of the tool's folder."""
 
 
 def state_folder() -> Path:
-    r"""Return the folder for what must not get lost; it need not exist.
+    r"""Return the folder for files that must not be lost; it may not exist yet.
 
     ``~/.local/state/sphero-probe`` on Linux, ``~/Library/Application Support/sphero-probe`` on macOS,
     ``%LOCALAPPDATA%\sphero-probe`` on Windows.
@@ -29,7 +29,7 @@ def state_folder() -> Path:
 
 
 def cache_folder() -> Path:
-    r"""Return the folder for what may be deleted at any time; it need not exist.
+    r"""Return the folder for files that may be deleted at any time; it may not exist yet.
 
     ``~/.cache/sphero-probe`` on Linux, ``~/Library/Caches/sphero-probe`` on macOS,
     ``%LOCALAPPDATA%\sphero-probe\Cache`` on Windows.
@@ -45,7 +45,7 @@ def cache_folder() -> Path:
 
 
 def former_state_folder() -> Path | None:
-    """Return where state was kept on every system before; None where that is the state folder of today."""
+    """Return the state folder of earlier versions; None if it is the same as today's."""
     if _from_environment("XDG_STATE_HOME"):
         return None
     try:
@@ -56,12 +56,12 @@ def former_state_folder() -> Path | None:
 
 
 def _from_environment(variable: str) -> Path | None:
-    """Return the tool's folder below an XDG variable; a relative path does not count [XDG base directory]."""
+    """Return the tool's folder in an XDG variable's; relative paths are ignored [XDG base directory]."""
     base = Path(os.environ.get(variable, ""))
     return base / APP if base.is_absolute() else None
 
 
 def _absolute(folder: Path) -> Path:
-    if not folder.is_absolute():  # an older platformdirs returns ~/… as it is for a user without a home
+    if not folder.is_absolute():  # for a user without a home, older platformdirs return ~/… unchanged
         raise RuntimeError("the home folder is not known")
     return folder

@@ -1,8 +1,8 @@
-"""The journal of a run: what it intends and finds goes in, line by line, and can be read again after any end.
+"""Write the journal of a run, line by line, so that the run can be resumed however it ends.
 
-The first line tells what was asked (``Opening``). Then, as they happen: a heading each time the run starts or
-goes on, an intent before every frame of a probe, findings, notes, a summary. Each line is one ``write`` to a
-file opened for append, so that whatever kills the process leaves whole lines and at most one torn one.
+The first line says what to do (``Opening``). The others are written as things happen: a heading each time the
+run starts or resumes, an intent before every frame of a probe, findings, notes, a summary. Each line is one
+``write`` to a file opened for append. So a killed process leaves whole lines and at most one torn line.
 """
 
 import os
@@ -22,12 +22,12 @@ _APPEND: Final = os.O_APPEND | FLAGS
 
 
 class Journal:
-    """An open journal that takes in what a run intends and finds; only one run may write it at a time.
+    """An open journal that records the intents and results of a run; only one run may write it at a time.
 
     Attributes:
         path: its file.
-        recorded: what was in it before, None for a new one.
-        resumable: something is written that a run can go on from.
+        recorded: what the file held when it was reopened, None for a new journal.
+        resumable: enough is written to resume the run.
     """
 
     def __init__(self, descriptor: int, path: Path, recorded: Recorded | None, *, ours: bool) -> None:
@@ -40,10 +40,10 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path) -> Self:
-        """Open a new journal; nothing that is there already is overwritten.
+        """Create a journal; an existing file is never overwritten.
 
         Raises:
-            OutputError: it cannot be written, or holds something.
+            OutputError: it cannot be written, or is not empty.
             InUseError: another process is writing it.
         """
         existed = os.path.lexists(path)
@@ -61,10 +61,10 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path) -> Self:
-        """Open the journal of an interrupted run to go on with it; a torn last line is cut off.
+        """Open the journal of an interrupted run to resume it; a torn last line is cut off.
 
         Raises:
-            BadInputFileError: it is no journal.
+            BadInputFileError: it is not a journal.
             InUseError: another process is writing it.
             OutputError: it cannot be written.
         """
@@ -78,7 +78,7 @@ class Journal:
             lock(descriptor, path)
             recorded = read_descriptor(descriptor, path)
             journal = cls(descriptor, path, recorded, ours=False)
-            journal._mend(recorded)
+            journal._repair_end(recorded)
         except BaseException:
             os.close(descriptor)
             raise
@@ -91,14 +91,14 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Let other runs have it; an empty file that was made here is taken away again."""
+        """Close and unlock the file; delete it if this journal created it and it is still empty."""
         empty = not os.fstat(self._descriptor).st_size
         os.close(self._descriptor)
         if self._ours and empty:
             self.path.unlink(missing_ok=True)
 
     def open(self, opening: Opening) -> None:
-        """Write what is asked, as the first line.
+        """Write the first line.
 
         Raises:
             OutputError: it cannot be written.
@@ -106,20 +106,20 @@ class Journal:
         self._write(encode(opening))
         self.resumable = True
 
-    def intend(self, asked: PreparedProbe) -> None:
+    def intend(self, probe: PreparedProbe) -> None:
         """Write that a probe is about to be sent.
 
         Raises:
-            OutputError: it cannot be written; the probe must not be sent then.
+            OutputError: it cannot be written. The probe must not be sent.
         """
-        self._write(encode_intent(asked.number, asked.command, asked.risk))
+        self._write(encode_intent(probe.number, probe.command, probe.risk))
 
     def record(self, record: Record) -> None:
         """Write what the run found.
 
         Raises:
             OutputError: it cannot be written.
-            BadInputFileError: the heading tells that this is not the robot of the run so far.
+            BadInputFileError: the heading is of another robot than the run so far.
         """
         if isinstance(record, Finding):
             self._write(encode_finding(record))
@@ -138,20 +138,20 @@ class Journal:
         except OSError as error:
             self._failed = OutputError(f"cannot write {self.path}: {why(error)}", "is the disk full?")
             raise self._failed from error
-        if written != len(line):  # what is half written is a torn last line: nothing may follow it
+        if written != len(line):  # the last line is torn: nothing may follow it
             self._failed = OutputError(
                 f"cannot write {self.path}: no room for a whole line", "is the disk full?"
             )
             raise self._failed
 
-    def _mend(self, recorded: Recorded) -> None:
-        """Make the file end as a line does."""
-        if not recorded.torn:
+    def _repair_end(self, recorded: Recorded) -> None:
+        """Cut off a torn last line, or end it."""
+        if not recorded.is_torn:
             return
         try:
-            os.ftruncate(self._descriptor, recorded.whole)
-            if recorded.whole:
-                os.lseek(self._descriptor, recorded.whole - 1, os.SEEK_SET)
+            os.ftruncate(self._descriptor, recorded.valid_bytes)
+            if recorded.valid_bytes:
+                os.lseek(self._descriptor, recorded.valid_bytes - 1, os.SEEK_SET)
                 if os.read(self._descriptor, 1) != b"\n":
                     os.write(self._descriptor, b"\n")
         except OSError as error:
@@ -159,7 +159,7 @@ class Journal:
 
 
 def check_same_robot(earlier: Heading | Opening, now: Heading | Opening, path: Path) -> None:
-    """Compare model, name and, node by node as far as both were told, firmware.
+    """Compare model, name and the firmware of the nodes that both have.
 
     Raises:
         BadInputFileError: they differ.
@@ -175,5 +175,5 @@ def _identity_of(entry: Heading | Opening) -> Identity:
 def _check_empty(descriptor: int, path: Path) -> None:
     if os.fstat(descriptor).st_size:
         raise OutputError(
-            f"cannot write {path}: it holds something already", "go on with --resume, or name a new file"
+            f"cannot write {path}: the file is not empty", "resume it with --resume, or name a new file"
         )

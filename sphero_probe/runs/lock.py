@@ -1,4 +1,4 @@
-"""The lock on a journal: only one process may write it at a time."""
+"""Lock a journal, so that only one process writes it at a time."""
 
 import os
 import sys
@@ -9,7 +9,7 @@ from sphero_probe.errors import InUseError, OutputError
 from sphero_probe.runs.reader import why
 
 _LOCK_AT: Final = 1 << 40
-"""The byte to lock on Windows, which locks bytes and not files: far behind everything that is written."""
+"""The byte to lock on Windows, which locks bytes, not files; far behind the end of any journal."""
 _LOCKS: Final = Path("/proc/locks")
 """The kernel's list of file locks; only Linux has it."""
 
@@ -46,11 +46,11 @@ def lock(descriptor: int, path: Path) -> None:
 
 
 def holder(descriptor: int, table: Path = _LOCKS) -> int | None:
-    """Return the id of the process that has locked a file; None where the system does not tell.
+    """Return the id of the process that has locked a file; None if the system does not tell.
 
     Args:
         descriptor: the open file.
-        table: the kernel's list, a lock a line: ``1: FLOCK  ADVISORY  WRITE 1234 fe:01:5678 0 EOF`` with the
+        table: the kernel's list, one per line: ``1: FLOCK  ADVISORY  WRITE 1234 fe:01:5678 0 EOF`` with the
             process, and the device and inode of the file [proc_locks(5)].
     """
     status = os.fstat(descriptor)
@@ -61,7 +61,7 @@ def holder(descriptor: int, table: Path = _LOCKS) -> int | None:
         return None
     for line in lines:
         words = line.split()
-        # A process of another container is shown as 0 or -1; a lock that somebody waits for has "->".
+        # A process of another container is shown as 0 or -1; a process waiting for a lock has "->".
         if words[1:2] == ["FLOCK"] and words[5:6] == [file] and words[4].isdecimal() and int(words[4]):
             return int(words[4])
     return None

@@ -1,4 +1,4 @@
-"""A journal read again: a file that anybody may have written comes in, the records of a run come out."""
+"""Read a journal file, which may come from a stranger, and return the records of its run."""
 
 import os
 import stat
@@ -18,7 +18,7 @@ from sphero_probe.runs.fields import parse
 MAX_FILE: Final = 1 << 29
 """Bytes of a journal."""
 FLAGS: Final = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-"""How a file of any kind is opened without ever waiting for it."""
+"""Flags to open a file of any kind without waiting."""
 
 
 class Recorded(NamedTuple):
@@ -26,14 +26,14 @@ class Recorded(NamedTuple):
 
     Attributes:
         path: its file.
-        opening: what was asked; None while nothing is written.
-        headings: one for each time the run started or went on.
-        findings: number -> the last word on that probe, in the order in which the probes were settled.
+        opening: the first line; None if nothing is written.
+        headings: one for each time the run started or resumed.
+        findings: number -> the last finding of that probe, in the order in which the probes ended.
         intents: number -> the last intent to send that probe.
-        told: findings and notes in order, the overtaken ones too.
-        summary: how it ended the last time, None if it was cut off.
-        whole: bytes up to the end of the last sound line.
-        torn: the file does not end as a line does.
+        entries: findings and notes in order, also those that later ones replace.
+        summary: how the run ended the last time, None if it was cut off.
+        valid_bytes: bytes up to the end of the last valid line.
+        is_torn: the last line is incomplete.
     """
 
     path: Path
@@ -41,14 +41,14 @@ class Recorded(NamedTuple):
     headings: Sequence[Heading]
     findings: Mapping[int, Finding]
     intents: Mapping[int, Intent]
-    told: Sequence[Finding | Note]
+    entries: Sequence[Finding | Note]
     summary: Summary | None
-    whole: int
-    torn: bool
+    valid_bytes: int
+    is_torn: bool
 
     @property
     def complete(self) -> bool:
-        """Whether everything was asked."""
+        """Whether the run was finished."""
         return self.summary is not None and self.summary.complete
 
     @property
@@ -58,26 +58,26 @@ class Recorded(NamedTuple):
         return {word: words.count(word) for word in Outcome if word in words}
 
     def earlier(self) -> PreviousResults:
-        """Return what need not be asked again, and what must not be."""
+        """Return which probes need not be sent again, and which must not be."""
         settled = {number: found for number, found in self.findings.items() if not _is_open(found)}
         doubtful = {number: sent.risk for number, sent in self.intents.items() if number not in settled}
         lenient: set[int | None] = set()
-        for note in self.told:
+        for note in self.entries:
             target = note.data.get("target") if isinstance(note, Note) and note.kind == EXECUTED else False
             if target is None or (isinstance(target, int) and not isinstance(target, bool)):
                 lenient.add(target)
         return PreviousResults(settled, doubtful, frozenset(lenient))
 
     def records(self) -> list[Record]:
-        """Return the records of the run as it would have told them in one go, its findings by number."""
+        """Return the records of the run as if it had never been interrupted, findings by number."""
         last_profile = {
             note.data.get("target"): note
-            for note in self.told
+            for note in self.entries
             if isinstance(note, Note) and note.kind == "calibration" and _is_key(note.data.get("target"))
         }
         records: list[Record] = list(self.headings[-1:])
         by_number = iter(sorted(self.findings.values(), key=lambda finding: finding.number))
-        for record in self.told:
+        for record in self.entries:
             if isinstance(record, Finding):
                 valid = self.findings[record.number] is record
             else:
@@ -95,16 +95,16 @@ def _is_key(value: object) -> bool:
 
 
 def _is_open(finding: Finding) -> bool:
-    """Whether the probe was interrupted, and may be asked again without running anything twice."""
+    """Whether the probe was interrupted, and can be sent again without executing anything twice."""
     unsettled = isinstance(finding.exchange, Silent) and finding.outcome is Outcome.INCONCLUSIVE
     return unsettled and finding.risk <= Risk.PROBE
 
 
 def read_journal(path: Path) -> Recorded:
-    """Return what a journal holds; a torn last line is passed over.
+    """Return what a journal holds; a torn last line is skipped.
 
     Raises:
-        BadInputFileError: it cannot be read, or no run of this tool can have written it; one line says where.
+        BadInputFileError: it cannot be read, or is not a journal of this tool; the message names the line.
     """
     try:
         descriptor = os.open(path, os.O_RDONLY | FLAGS)
@@ -128,16 +128,16 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
     """
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode):
-        raise BadInputFileError(f"{path}: not a file that a journal could be")
+        raise BadInputFileError(f"{path}: not a regular file")
     if status.st_size > MAX_FILE:
         raise BadInputFileError(f"{path}: larger than {MAX_FILE} bytes: not a journal")
     opening: Opening | None = None
     headings: list[Heading] = []
     findings: dict[int, Finding] = {}
     intents: dict[int, Intent] = {}
-    told: list[Finding | Note] = []
+    entries: list[Finding | Note] = []
     summary: Summary | None = None
-    whole, torn = 0, False
+    valid_bytes, is_torn = 0, False
     with os.fdopen(os.dup(descriptor), "rb") as file:
         file.seek(0)
         number = 0
@@ -150,14 +150,14 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
             except BadLineError as error:
                 if file.read(1) or (opening is None and not _may_become_opening(line)):
                     raise BadInputFileError(f"{path}:{number}: {error}") from error
-                torn = True
+                is_torn = True
                 break
             try:
                 entry = decode(data, opening)
             except BadLineError as error:
                 raise BadInputFileError(f"{path}:{number}: {error}") from error
-            whole += len(line)
-            torn = not line.endswith(b"\n")
+            valid_bytes += len(line)
+            is_torn = not line.endswith(b"\n")
             match entry:
                 case Opening():
                     opening = entry
@@ -169,20 +169,20 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
                 case Finding():
                     findings.pop(entry.number, None)
                     findings[entry.number] = entry
-                    told.append(entry)
+                    entries.append(entry)
                 case Note():
-                    told.append(entry)
+                    entries.append(entry)
                 case Summary():
                     summary = entry
-    return Recorded(path, opening, headings, findings, intents, told, summary, whole, torn)
+    return Recorded(path, opening, headings, findings, intents, entries, summary, valid_bytes, is_torn)
 
 
 def _may_become_opening(line: bytes) -> bool:
-    """Whether a torn first line is the beginning of a journal."""
+    """Whether a torn first line is the start of a journal."""
     begin = b'{"type":"journal",'
     return line.startswith(begin) or begin.startswith(line)
 
 
 def why(error: OSError | ValueError) -> str:
-    """Return the system's words for what went wrong with a file."""
+    """Return the system's message for a file error."""
     return (error.strerror if isinstance(error, OSError) else "") or str(error)

@@ -1,7 +1,7 @@
-"""The journal of one command: a new one, or that of an interrupted run, which is compared and continued.
+"""Keep the journal of one command: create it, or reopen that of an interrupted run and check that it matches.
 
-Before anything is sent, the interrupted run is compared with the new one. Only what to ask is taken from a
-journal; the robot, the consent and a plan's code must be given again.
+The check happens before anything is sent. A journal only says what to send; the user must give the robot, the
+consent and a plan's code again.
 """
 
 import shlex
@@ -29,12 +29,12 @@ from sphero_probe.transports.base import Connection
 
 
 class RunJournal:
-    """Keeps the journal of one command; a context manager, so that the next run may have it.
+    """Keeps the journal of one command; a context manager that closes it.
 
     Attributes:
-        command: whose run it is: ``sweep``, ``send``, …
-        journal: the open one; None where none is kept, or before the robot is known.
-        options: those that say what is asked, for the journal's first line; filled in by the command.
+        command: the command that runs: ``sweep``, ``send``, …
+        journal: the open journal; None if none is kept, or the robot is not known yet.
+        options: the options that select what to send, for the journal's first line; set by the command.
     """
 
     def __init__(
@@ -46,14 +46,14 @@ class RunJournal:
         resume: str | None = None,
         on_warning: Callable[[str], None] = lambda _: None,
     ) -> None:
-        """Take which journal to keep.
+        """Choose which journal to keep.
 
         Args:
-            command: whose run it is.
+            command: the command that runs.
             file: a new journal's path; None for a new file in the folder of runs.
-            off: keep none.
+            off: keep no journal.
             resume: the journal to continue, None for a new run.
-            on_warning: told when no journal can be kept in the folder of runs.
+            on_warning: called if no journal can be kept in the folder of runs.
         """
         self.command = command
         self.journal: Journal | None = None
@@ -66,7 +66,7 @@ class RunJournal:
 
         Raises:
             UsageError: the options contradict each other.
-            BadInputFileError: the journal to resume is none, or of another command.
+            BadInputFileError: the file to resume is not a journal, or is of another command.
             InUseError: another process is writing it.
             OutputError: it cannot be written.
         """
@@ -90,33 +90,33 @@ class RunJournal:
 
     @property
     def opening(self) -> Opening | None:
-        """What the interrupted run was asked to do, None where there is none."""
+        """The first line of the interrupted run's journal, None for a new run."""
         recorded = self.journal.recorded if self.journal else None
         return recorded.opening if recorded else None
 
     @property
     def place(self) -> str:
-        """The journal's file as text, empty where none is open."""
+        """The path of the open journal as text, empty if none is open."""
         return str(self.journal.path) if self.journal else ""
 
     @property
     def earlier(self) -> PreviousResults:
-        """What the interrupted run left behind."""
+        """What the interrupted run has settled."""
         recorded = self.journal.recorded if self.journal else None
         return recorded.earlier() if recorded else PreviousResults()
 
     def check(self, plan: Plan, consent: Consent, target: str | None) -> str | None:
-        """Compare what is asked now with what the interrupted run was asked; return the node to ask.
+        """Compare the plan, node and consent with those of the interrupted run; return the node to probe.
 
         Raises:
-            BadInputFileError: it was another plan or another node.
-            RefusedByPolicyError: what was allowed then is not what is allowed now.
+            BadInputFileError: that run had another plan or another node.
+            RefusedByPolicyError: that run had another consent.
         """
         opening, journal = self.opening, self.journal
         if opening is None or journal is None:
             return target
         if opening.digest != digest_of(plan):
-            raise BadInputFileError(f"{journal.path}: the journal of another plan than this {plan.name}")
+            raise BadInputFileError(f"{journal.path}: the journal of another plan, not of {plan.name}")
         if target is not None and target != opening.target:
             said = opening.target or "the robot's usual node"
             raise BadInputFileError(f"{journal.path}: the journal of another node: {said}")
@@ -129,11 +129,11 @@ class RunJournal:
         return opening.target or None
 
     def begin(self, connection: Connection, plan: Plan, consent: Consent, target: str | None) -> None:
-        """Write what is asked of which robot, or compare it with the interrupted run's.
+        """Write the first line of a new journal, or compare the robot with that of the interrupted run.
 
         Raises:
-            BadInputFileError: that was another robot.
-            OutputError: the journal that was asked for cannot be written.
+            BadInputFileError: the interrupted run probed another robot.
+            OutputError: a journal that the user named cannot be written.
         """
         opening = Opening(
             self.command,
@@ -164,27 +164,27 @@ class RunJournal:
                 self.journal = None
             self._on_warning(f"no journal is kept: {error}")
 
-    def intend(self, asked: PreparedProbe) -> None:
-        """Take in that a probe is about to be sent.
+    def intend(self, probe: PreparedProbe) -> None:
+        """Record that a probe is about to be sent.
 
         Raises:
             OutputError: it cannot be written.
         """
         if self.journal:
-            self.journal.intend(asked)
+            self.journal.intend(probe)
 
     def record(self, record: Record) -> None:
-        """Take in what came to light.
+        """Write a record of the run.
 
         Raises:
             OutputError: it cannot be written.
-            BadInputFileError: the robot turns out to be another than before.
+            BadInputFileError: this is another robot than before.
         """
         if self.journal:
             self.journal.record(record)
 
     def resume_command(self, device: str, consent: Consent) -> str:
-        """Return the command line that resumes this run, empty where nothing can be resumed.
+        """Return the command line that resumes this run, empty if it cannot be resumed.
 
         Args:
             device: the robot's address as it was given, empty for none.
@@ -204,6 +204,6 @@ class RunJournal:
 
 
 def _allowing(words: tuple[str, ...]) -> list[str]:
-    """The options that allow these classes; the mild ones need none."""
+    """Return the options that allow these classes; the default classes need none."""
     default = {Risk.READ.word, Risk.PROBE.word}
     return [part for word in words if word not in default for part in ("--allow", word)]

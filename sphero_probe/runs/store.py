@@ -1,4 +1,4 @@
-"""The folder of journals: create a file for a new run, list the kept ones, find one by name."""
+"""Manage the folder of journals: create a file for a new run, list journals, find one by name."""
 
 import os
 import re
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sphero_probe.runs.journal import Journal
 
 LAST: Final = "last"
-"""Stands for the journal that was written last."""
+"""Names the journal that was written last."""
 _RUNS: Final = "runs"
 _SUFFIX: Final = ".jsonl"
 _NOT_SLUG: Final = re.compile(r"[^a-z0-9]+")
@@ -22,7 +22,7 @@ _SLUG: Final = 40
 
 
 def runs_folder() -> Path:
-    """Return the folder of the journals; it need not exist.
+    """Return the folder of journals; it may not exist yet.
 
     Raises:
         OutputError: the home folder is not known.
@@ -34,28 +34,28 @@ def runs_folder() -> Path:
 
 
 def _folders() -> list[Path]:
-    """Return the folders in which runs may be kept: that of today first, then the former one."""
+    """Return the folders that may hold runs: today's first, then that of earlier versions."""
     former = former_state_folder()
     return [runs_folder(), *([former / _RUNS] if former else [])]
 
 
 def slug(text: str) -> str:
-    """Return a stranger's text as part of a file's name: ASCII letters, digits and dashes, at most 40."""
+    """Return an untrusted text as part of a file name: ASCII letters, digits and dashes, at most 40."""
     return _NOT_SLUG.sub("-", text[:200].lower()).strip("-")[:_SLUG].strip("-")
 
 
 def create_journal(robot: str, plan: str, *, now: datetime) -> "Journal":
-    """Open a new journal in the folder.
+    """Create a journal in the folder of runs.
 
     Args:
         robot: the robot's name.
         plan: the plan's name.
-        now: the time in UTC, for the name.
+        now: the time in UTC, for the file name.
 
     Raises:
         OutputError: it cannot be written.
     """
-    from sphero_probe.runs.journal import Journal  # noqa: PLC0415 - brings asyncio, which listing does without
+    from sphero_probe.runs.journal import Journal  # noqa: PLC0415 - imports asyncio, which listing does not need
 
     folder = runs_folder()
     try:
@@ -68,13 +68,13 @@ def create_journal(robot: str, plan: str, *, now: datetime) -> "Journal":
         if not os.path.lexists(path):
             try:
                 return Journal.create(path)
-            except InUseError:  # another run was quicker
+            except InUseError:  # another run took this name
                 continue
     raise AssertionError("counting does not end")
 
 
 def journal_files() -> list[Path]:
-    """Return the kept journals, the last written first.
+    """Return all journals, the last written first.
 
     Raises:
         OutputError: the home folder is not known.

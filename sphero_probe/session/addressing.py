@@ -1,4 +1,4 @@
-"""What a device address tells before anything is opened: model, protocol, and how nodes are addressed."""
+"""Tell model, protocol and node addresses from a device address, before anything is opened."""
 
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.model import Robot
@@ -13,16 +13,16 @@ def address_of(device: str) -> DeviceAddress:
     """Return the address to open; an empty one means the only robot nearby.
 
     Raises:
-        UsageError: the address makes no sense.
+        UsageError: the address is not valid.
     """
     return parse_address(device) if device else DeviceAddress("ble", "")
 
 
 def model_behind(address: DeviceAddress) -> Robot | None:
-    """Return the robot that an address tells of without touching it, None where it does not.
+    """Return the model that an address names, without connecting; None if it names none.
 
     Raises:
-        UsageError: a ``fake:`` address that makes no sense.
+        UsageError: a ``fake:`` address that is not valid.
     """
     if address.scheme == "fake":
         return parse_settings(address.rest).model
@@ -32,25 +32,25 @@ def model_behind(address: DeviceAddress) -> Robot | None:
 
 
 def port_behind(address: DeviceAddress) -> int:
-    """Return the port nibble of target addresses on the kind of line that an address names."""
+    """Return the port nibble of target addresses over this kind of connection."""
     return PORT if address.scheme in USUAL else 1
 
 
 def generation_behind(address: DeviceAddress) -> Generation:
-    """Return the protocol that an address tells of; V2 where it does not, as most robots speak it.
+    """Return the protocol that an address implies; V2 if it implies none, as most robots speak it.
 
     Raises:
-        UsageError: a ``fake:`` address that makes no sense.
+        UsageError: a ``fake:`` address that is not valid.
     """
     robot = model_behind(address)
     return robot.generation if robot else Generation.V2
 
 
 def usual_target(robot: Robot | None, port: int) -> int | None:
-    """Return the address byte of a robot's usual node; None where the robot takes no addresses.
+    """Return the address byte of a robot's usual node; None if the robot takes no addresses.
 
     Args:
-        robot: the model, None where it is not known.
-        port: the port nibble on this kind of line.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
     """
     return Address(port, PRIMARY).byte if robot is None or robot.addressed else None

@@ -1,6 +1,6 @@
-"""From the names and numbers that a person uses to the commands that one robot gets: nodes, arguments, LEDs.
+"""Turn the names and numbers that a user types into commands for one robot: nodes, arguments, LEDs.
 
-The command line and the Python API make their commands here, so that both send the same bytes.
+The command line and the Python API both use it, so that they send the same bytes.
 """
 
 from collections.abc import Mapping
@@ -16,12 +16,12 @@ from sphero_probe.session.addressing import usual_target
 
 
 def node(text: str | None, robot: Robot | None, port: int) -> int | None:
-    """Return the address byte of a node: ``primary``, ``secondary``, ``0x12``; None leaves addresses out.
+    """Return the address byte of a node: ``primary``, ``secondary``, ``0x12``; None sends no address.
 
     Args:
-        text: what a person wrote; None stands for the robot's usual node, ``none`` for no address.
-        robot: the model, None where it is not known.
-        port: the port nibble on this kind of line.
+        text: what the user typed; None stands for the robot's usual node, ``none`` for no address.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
 
     Raises:
         UsageError: this robot has no node of that name.
@@ -49,18 +49,18 @@ def complete_command(
     *,
     generation: Generation = Generation.V2,
 ) -> Command:
-    """Return the command with its node; without argument bytes it must be one that takes none.
+    """Return the command with its node and arguments.
 
     Args:
         pair: DID and CID.
-        payload: the argument bytes, None where none are given.
-        robot: the model, None where it is not known.
-        port: the port nibble on this kind of line.
-        target: the node as a person wrote it; None for the node that serves this command.
+        payload: the argument bytes, None if none are given.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
+        target: the node as the user typed it; None for the node that serves this command.
         generation: the protocol, for a robot that is not known.
 
     Raises:
-        UsageError: it takes arguments, or there is no node of that name.
+        UsageError: it takes arguments and none are given, or there is no node of that name.
     """
     did, cid = pair
     row = lookup(robot.generation if robot else generation, did, cid, robot)
@@ -81,13 +81,13 @@ def lamp_commands(
 
     Args:
         wanted: LED name or alias -> colour.
-        robot: the model, None where it is not known.
-        port: the port nibble on this kind of line.
-        target: the node as a person wrote it; None for the one that serves the LEDs.
-        off: also darken every LED that is not named.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
+        target: the node as the user typed it; None for the one that serves the LEDs.
+        off: also switch off every LED that is not named.
 
     Raises:
-        UsageError: no LEDs are known of this robot, or none of that name.
+        UsageError: the robot has no known LEDs, or none of that name.
     """
     if robot is None or robot.leds is None:
         raise UsageError(f"no LEDs are known of {robot.name if robot else 'an unknown model'}")

@@ -1,4 +1,4 @@
-"""Wake a robot and read who it is, through the documented commands that every model has."""
+"""Wake a robot and read its firmware version, with documented commands that every model has."""
 
 from sphero_probe.catalogue.well_known import VERSION_FIELDS, WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
@@ -12,16 +12,16 @@ from sphero_probe.protocol.packets import Command
 async def ask_well_known(
     link: Link, what: WellKnown, target: int | None, attempts: int = MAX_ATTEMPTS
 ) -> Exchange | None:
-    """Ask a well-known documented read; None where the generation has none.
+    """Send a well-known documented command; return None if the generation has none.
 
     Args:
         link: to the robot.
         what: the command's role.
         target: the address byte of the node.
-        attempts: how often it is asked while it stays silent.
+        attempts: how often it is sent while no answer arrives.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     row = row_for(link.codec.generation, what)
     if row is None:
@@ -36,15 +36,15 @@ async def ask_well_known(
 
 
 async def wake(link: Link, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
-    """Wake the robot through the node that serves the wake command, where the catalogue knows which.
+    """Send the wake command, to the node that serves it if the catalogue knows which.
 
     Args:
         link: to the robot.
-        target: the address byte of a node; its port counts, and the node where no other is known.
-        attempts: how often it is asked while it stays silent.
+        target: the address byte of a node. Its port is used, and its node if no other is known.
+        attempts: how often it is sent while no answer arrives.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     row, robot = row_for(link.codec.generation, WellKnown.WAKE), link.policy.robot
     nodes = row.nodes.get(robot.key, ()) if row and robot else ()
@@ -55,14 +55,14 @@ async def wake(link: Link, target: int | None, attempts: int = MAX_ATTEMPTS) -> 
 
 
 async def read_firmware(link: Link, target: int | None) -> dict[str, str]:
-    """Return node name -> firmware version; a robot that never answered anything is asked once.
+    """Return node name -> firmware version; a robot that has not answered anything yet is asked once.
 
     Args:
         link: to the robot.
         target: the address byte of its usual node.
 
     Raises:
-        LinkLostError: the robot is gone.
+        LinkLostError: the link was lost.
     """
     robot = link.policy.robot
     nodes = robot.nodes if robot and target is not None else {0: "robot"}

@@ -1,4 +1,4 @@
-"""Keeping a link over its drops: opening it again, and making sure that the same robot answers."""
+"""Reconnect after a dropped link, and check that the same robot answers."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
@@ -10,21 +10,21 @@ from sphero_probe.session.identify import read_firmware, wake
 from sphero_probe.session.identity import firmware_difference
 
 MAX_RECONNECTS: Final = 50
-"""How often a run opens a dropped link again; a probe that drops it is asked twice at most."""
+"""How often a run reconnects; a probe that drops the link is sent twice at most."""
 PAUSES: Final = (0.0, 0.25, 0.5, 1.0, 2.0)
-"""Seconds to wait for a robot that is not itself; a reboot takes about two."""
+"""Seconds to wait before each attempt to reach a robot that is not ready; a reboot takes about two."""
 
 Reconnect = Callable[[], Awaitable[Link]]
-"""Opens the line to the same robot again; fails as connecting does."""
+"""Connects to the same robot again; raises what connecting raises."""
 
 
 class Reconnector:
-    """The link to one robot, opened again after drops as long as the same robot answers.
+    """The link to one robot; it reconnects after drops as long as the same robot answers.
 
     Attributes:
         link: the open link; another one after a reconnect.
-        lost: why the link is gone for good, None while it stands.
-        reconnects: how often the link was opened again.
+        lost: why the link is lost for good, None while it is not.
+        reconnects: how often it reconnected.
     """
 
     def __init__(
@@ -34,13 +34,13 @@ class Reconnector:
         stop: asyncio.Event | None = None,
         reconnect: Reconnect | None = None,
     ) -> None:
-        """Take the open link.
+        """Keep an open link.
 
         Args:
             link: to the robot.
             target: the address byte of the robot's usual node.
-            stop: once set, nothing is opened again.
-            reconnect: opens a dropped link to the same robot; None leaves it dropped.
+            stop: once set, it does not reconnect any more.
+            reconnect: connects to the same robot again; None never reconnects.
         """
         self.link = link
         self.lost: LinkLostError | None = None
@@ -53,17 +53,17 @@ class Reconnector:
 
     @property
     def frames_sent(self) -> int:
-        """How many command frames went out, over all links."""
+        """How many command frames were sent, over all links."""
         return self._frames + self.link.frames_sent
 
     def expect_firmware(self, firmware: dict[str, str]) -> None:
-        """Take in the firmware that a reconnect must find again."""
+        """Set the firmware that the robot must have after a reconnect."""
         self._firmware = firmware
 
     async def with_reconnect(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
         """Run work that asks the robot; run it again after each drop, until it is done or ``lost`` is set.
 
-        Setting ``stop`` cancels the work wherever it is.
+        Setting ``stop`` cancels the work at once.
         """
         while not (self.lost or self._stop.is_set()):
             try:
@@ -85,7 +85,7 @@ class Reconnector:
             await asyncio.gather(working, stopped, return_exceptions=True)
 
     async def open_again(self, error: LinkLostError) -> None:
-        """Open the link to the same robot again; set ``lost`` where that is in vain.
+        """Reconnect to the same robot; set ``lost`` if that fails.
 
         Args:
             error: what dropped it.
@@ -100,7 +100,7 @@ class Reconnector:
             try:
                 self.link = await self._reconnect()
                 self._frames += old.frames_sent
-                self.link.events = old.events  # its listeners hear the new link
+                self.link.events = old.events  # the listeners hear the new link
                 await self._check_same_robot()
             except LinkLostError as again:
                 error = again
@@ -116,10 +116,10 @@ class Reconnector:
             await asyncio.sleep(PAUSES[failures % len(PAUSES)])
 
     async def _check_same_robot(self) -> None:
-        """Compare the firmware; a robot that does not answer yet may be booting, and gets some time.
+        """Compare the firmware; a robot that does not answer yet may be booting and gets some time.
 
         Raises:
-            LinkLostError: the link dropped again; ``lost`` is set where another firmware answers.
+            LinkLostError: the link dropped again; ``lost`` is set if another firmware answers.
         """
         for pause in PAUSES:
             await asyncio.sleep(pause)

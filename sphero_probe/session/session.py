@@ -1,4 +1,4 @@
-"""An open session: a device address and consent in, a link to that robot out, which can be opened again."""
+"""Open a session: connect to a device address, identify the model, and start a link that can reconnect."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -18,11 +18,11 @@ from sphero_probe.transports.registry import open_transport, parse_address
 
 @dataclass(slots=True)
 class Session:
-    """A robot at the other end of an open link.
+    """A connected robot and the open link to it.
 
     Attributes:
-        connection: what is known about the other end.
-        link: the conversation; replaced by ``reconnect``.
+        connection: what is known about the robot.
+        link: the open link; ``reconnect`` replaces it.
         reconnect: closes a dropped link and opens a new one to the same robot.
         on_step: called with the name of each step as it begins.
     """
@@ -34,7 +34,7 @@ class Session:
 
     @property
     def target(self) -> int | None:
-        """The address byte of the robot's usual node, None where it takes no addresses."""
+        """The address byte of the robot's usual node, None if it takes no addresses."""
         return usual_target(self.connection.robot, self.connection.port)
 
 
@@ -47,14 +47,14 @@ async def open_session(
     timeout: float | None = None,
     tolerate: Collection[str] = (),
 ) -> AsyncIterator[Session]:
-    """Connect and start listening; everything is closed on leaving.
+    """Connect and start listening; leaving the context closes everything.
 
     Args:
         device: the robot's address; empty for the only robot nearby.
         consent: what may be sent.
         options: how to connect.
         timeout: seconds until a command counts as silent; None measures it.
-        tolerate: in what an answer may differ and still count, of ``link.tracker.TOLERANCES``.
+        tolerate: the fields in which an answer may differ and still count, of ``link.tracker.TOLERANCES``.
 
     Raises:
         SpheroProbeError: the robot cannot be reached.

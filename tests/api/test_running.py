@@ -235,7 +235,7 @@ def test_a_journal_is_what_load_run_and_the_command_line_read(cli: Cli, tmp_path
     assert "get_battery_percentage" in cli("report", str(path)).out
     resumed = cli("sweep", "--resume", str(path), "--device", "fake:bolt-plus", "--format", "plain")
     assert resumed.code == 0, resumed.err
-    with pytest.raises(OutputError, match="it holds something already"):
+    with pytest.raises(OutputError, match="the file is not empty"):
         run(work())
     with pytest.raises(BadInputFileError, match="no such run"):
         load_run("no-such-run")

@@ -163,7 +163,7 @@ def test_dry_run_shows_bytes_and_touches_nothing(cli: Cli, tmp_path: Path) -> No
     withheld, documented, probe = json.loads(sweep.out)
     assert withheld["risk"] == "brick"
     assert "--allow brick" in withheld["withheld"]
-    assert "documented, not asked at a wrong length (--allow motion)" in documented["withheld"]
+    assert "documented, not sent at a wrong length (--allow motion)" in documented["withheld"]
     assert (probe["risk"], probe["withheld"]) == ("probe", None)
     led = cli("led", "--front", "ff0000", *device, "--dry-run", "--json")
     assert json.loads(led.out)[0]["sent"] == "8d3a11011a1c0007ff000077d8"

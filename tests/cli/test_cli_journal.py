@@ -334,7 +334,7 @@ def test_runs_are_listed_the_last_first(cli: Cli, folder: Path) -> None:
     ran = cli("runs", "--json")
     assert (ran.code, ran.err) == (0, "")
     broken, sent, swept = json.loads(ran.out)
-    assert broken["problem"].endswith("broken.jsonl:1: not a line of JSON")
+    assert broken["problem"].endswith("broken.jsonl:1: not valid JSON")
     assert (sent["command"], sent["model"], sent["complete"]) == ("send", "Sphero Mini", True)
     assert (swept["robot"], swept["plan"], swept["complete"]) == ("BP-BE56", "sweep", False)
     assert sum(swept["counts"].values()) == 4

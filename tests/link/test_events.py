@@ -77,9 +77,9 @@ def test_every_kind_of_ending_and_of_unsolicited_packet_is_told_once() -> None:
             await asyncio.sleep(1.0)
             assert isinstance(silent, Silent)
             assert isinstance(blocked, Blocked)
-            asides = [event.unsolicited for event in heard if isinstance(event, UnsolicitedReceived)]
-            assert asides[:2] == [AWAKE, SPOILT]
-            assert [type(late) for late in asides[2:]] == [LateResponse, LateResponse]
+            unsolicited = [event.unsolicited for event in heard if isinstance(event, UnsolicitedReceived)]
+            assert unsolicited[:2] == [AWAKE, SPOILT]
+            assert [type(late) for late in unsolicited[2:]] == [LateResponse, LateResponse]
             assert [event.exchange for event in heard if isinstance(event, ExchangeEnded)] == [
                 silent,
                 blocked,
@@ -89,7 +89,7 @@ def test_every_kind_of_ending_and_of_unsolicited_packet_is_told_once() -> None:
     run(scenario())
 
 
-def test_a_half_frame_that_is_given_up_is_told() -> None:
+def test_an_incomplete_frame_that_is_given_up_is_told() -> None:
     async def scenario() -> None:
         heard: list[UnsolicitedReceived] = []
         async with linked(lambda request: [(0.1, answer_to(request)[:-1])], timeout=0.2 + QUIET) as (link, _):
@@ -100,7 +100,7 @@ def test_a_half_frame_that_is_given_up_is_told() -> None:
     run(scenario())
 
 
-def test_listeners_hear_before_the_asking_task_goes_on() -> None:
+def test_listeners_are_called_before_the_asking_task_continues() -> None:
     async def scenario() -> None:
         order: list[str] = []
         async with linked(after(0.25)) as (link, _):

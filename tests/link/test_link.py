@@ -1,4 +1,4 @@
-"""The conversation on a virtual clock: pace and window, going alone, silence, loss, and changes of mind."""
+"""A link on a virtual clock: pace and window, commands sent alone, silence, loss, and cancelled calls."""
 
 import asyncio
 from collections import Counter
@@ -23,7 +23,7 @@ from sphero_probe.link.pacing import (
     WIDEST,
 )
 from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.link.tracker import QUIET, REST
+from sphero_probe.link.tracker import QUIET, REUSE_AFTER_SILENCE
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
@@ -206,7 +206,7 @@ def test_asking_alone() -> None:
     run(scenario())
 
 
-def test_asking_alone_in_vain_lets_the_next_one_in() -> None:
+def test_a_silent_command_sent_alone_lets_the_next_one_in() -> None:
     async def scenario() -> None:
         async with linked(never, window=4) as (link, line):
             first = asyncio.create_task(link.ask(VOLTAGE, alone=True, timeout=0.5))
@@ -218,7 +218,7 @@ def test_asking_alone_in_vain_lets_the_next_one_in() -> None:
     run(scenario())
 
 
-def test_who_wants_to_be_alone_is_not_overtaken_for_ever() -> None:
+def test_a_command_to_be_sent_alone_is_not_overtaken_for_ever() -> None:
     delays = iter([0.25, 0.5, 0.75, 1.0] * 20)
 
     async def scenario() -> None:
@@ -247,7 +247,7 @@ def test_who_wants_to_be_alone_is_not_overtaken_for_ever() -> None:
         pytest.param(Command(0x1D, 0x05), Risk.BRICK, id="brick"),
     ],
 )
-def test_what_is_above_a_probe_goes_alone(command: Command, risk: Risk) -> None:
+def test_classes_above_probe_are_sent_alone(command: Command, risk: Risk) -> None:
     async def scenario() -> None:
         async with linked(after(0.25), window=4) as (link, line):
             assert link.policy.assess(command).risk is risk
@@ -272,7 +272,7 @@ def test_reads_and_probes_share_the_window() -> None:
     run(scenario())
 
 
-def test_what_is_refused_sends_nothing() -> None:
+def test_a_blocked_command_is_not_sent() -> None:
     async def scenario() -> None:
         async with linked(after(0.25), consent=Consent()) as (link, line):
             for command, risk in ((SLEEP, Risk.MOTION), (Command(0x1D, 0x05), Risk.BRICK)):
@@ -285,7 +285,7 @@ def test_what_is_refused_sends_nothing() -> None:
     run(scenario())
 
 
-def test_what_is_refused_does_not_wait_for_a_place() -> None:
+def test_a_blocked_command_does_not_wait_for_a_place() -> None:
     async def scenario() -> None:
         async with linked(after(0.5), consent=Consent(), window=1, timeout=5.0) as (link, _):
             busy = asyncio.create_task(link.ask(BATTERY))
@@ -384,7 +384,7 @@ def test_a_robot_that_gets_slower_is_waited_for_again() -> None:
     run(scenario())
 
 
-def test_a_robot_that_says_nothing_is_waited_for_longer_but_not_for_ever() -> None:
+def test_a_silent_robot_is_waited_for_longer_but_not_for_ever() -> None:
     async def scenario() -> None:
         async with linked(never) as (link, _):
             waits = []
@@ -454,7 +454,7 @@ def test_silent_commands_among_answered_ones_do_not_stall_the_line() -> None:
     run(scenario())
 
 
-def test_an_overtaken_command_is_silent_after_a_moment_of_grace() -> None:
+def test_an_overtaken_command_is_silent_after_the_grace() -> None:
     async def scenario() -> None:
         async with linked(only_battery, window=2) as (link, _):
             await warm_up(link)
@@ -529,7 +529,7 @@ def test_a_timeout_that_was_asked_for_is_not_cut_short() -> None:
     run(scenario())
 
 
-def test_a_link_with_a_timeout_cuts_nobody_short() -> None:
+def test_a_link_with_a_timeout_cuts_no_command_short() -> None:
     async def scenario() -> None:
         async with linked(only_battery, timeout=0.5, window=4) as (link, _):
             exchanges = await ask_all(link, [VOLTAGE, BATTERY] * 4)
@@ -584,7 +584,7 @@ def test_a_busy_robot_is_asked_less_at_a_time() -> None:
         pytest.param(QUICK, {}, {"timeout": 0.125}, 0.125, id="the command's"),
     ],
 )
-def test_what_is_above_a_probe_is_given_time(
+def test_classes_above_probe_get_a_long_timeout(
     round_trip: float, of_link: dict[str, Any], of_ask: dict[str, Any], waited: float
 ) -> None:
     async def scenario() -> None:
@@ -597,7 +597,7 @@ def test_what_is_above_a_probe_is_given_time(
     run(scenario())
 
 
-def test_what_is_above_a_probe_waits_for_everything_in_flight() -> None:
+def test_classes_above_probe_wait_for_everything_in_flight() -> None:
     """For overtaken commands and those of other nodes, too, though they take no place in its window."""
     other = BATTERY._replace(target=0x12)
 
@@ -620,7 +620,7 @@ def test_what_is_above_a_probe_waits_for_everything_in_flight() -> None:
     run(scenario())
 
 
-def test_who_asks_is_told_right_before_it_goes_out() -> None:
+def test_before_sending_is_called_right_before_the_frame_is_sent() -> None:
     async def scenario() -> None:
         async with linked(after(0.25), window=2) as (link, line):
             told = []
@@ -640,7 +640,7 @@ def test_who_asks_is_told_right_before_it_goes_out() -> None:
     "command",
     [pytest.param(SLEEP, id="refused"), pytest.param(BATTERY._replace(target=0x100), id="impossible")],
 )
-def test_who_asks_is_not_told_of_what_does_not_go_out(command: Command) -> None:
+def test_before_sending_is_not_called_for_what_is_not_sent(command: Command) -> None:
     async def scenario() -> None:
         async with linked(after(0.25), consent=Consent()) as (link, _):
             with suppress(ValueError):
@@ -651,7 +651,7 @@ def test_who_asks_is_not_told_of_what_does_not_go_out(command: Command) -> None:
 
 
 @pytest.mark.parametrize("alone", [True, False])
-def test_who_changes_his_mind_right_before_sends_nothing(alone: bool) -> None:
+def test_an_error_in_before_sending_sends_nothing(alone: bool) -> None:
     def stop() -> None:
         raise ZeroDivisionError("not now")
 
@@ -693,7 +693,7 @@ def test_room() -> None:
     run(scenario())
 
 
-def test_room_is_each_nodes_own_while_nobody_stands_in_line() -> None:
+def test_each_node_has_its_own_room_while_the_queue_is_empty() -> None:
     def at(target: int) -> asyncio.Task[Exchange]:
         return asyncio.create_task(link_of[0].ask(BATTERY._replace(target=target)))
 
@@ -719,7 +719,7 @@ def test_room_is_each_nodes_own_while_nobody_stands_in_line() -> None:
     run(scenario())
 
 
-def test_as_many_as_there_is_room_for_go_out_at_once() -> None:
+def test_as_many_as_there_is_room_for_are_sent_at_once() -> None:
     async def scenario() -> None:
         async with linked(after(0.25)) as (link, line):
             rooms: list[int] = []
@@ -751,7 +751,7 @@ def break_the_line(line: Line) -> None:
         pytest.param(break_the_line, "torn off", id="reading fails"),
     ],
 )
-def test_a_lost_link_reaches_everybody(happens: Callable[[Line], None], reason: str) -> None:
+def test_a_lost_link_ends_every_waiting_call(happens: Callable[[Line], None], reason: str) -> None:
     async def scenario() -> None:
         async with linked(never, window=2) as (link, line):
             asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(5)]
@@ -781,7 +781,7 @@ class Broken(Line):
         await super().write(data)
 
 
-def test_a_link_lost_in_writing_reaches_everybody() -> None:
+def test_a_link_lost_in_writing_ends_every_waiting_call() -> None:
     async def scenario() -> None:
         async with linked(never, line=Broken(never), window=4) as (link, _):
             asking = [asyncio.create_task(link.ask(BATTERY)) for _ in range(6)]
@@ -883,7 +883,7 @@ def test_waiting_for_the_end_of_a_link_that_is_left() -> None:
     run(scenario())
 
 
-def test_a_link_that_never_stood_has_ended() -> None:
+def test_a_link_that_was_never_open_has_ended() -> None:
     async def scenario() -> None:
         link = Link(Line(never), V2, Policy(Generation.V2, None, Consent()))
         with pytest.raises(LinkLostError):
@@ -901,7 +901,7 @@ def test_a_link_that_was_lost_is_left_quietly() -> None:
     run(scenario())
 
 
-def test_what_is_said_besides_reaches_whoever_listens() -> None:
+def test_unsolicited_packets_reach_every_listener() -> None:
     spoilt = Malformed(bytes.fromhex("8d09130d0000d7d8"), "checksum 0xd7, expected 0xd6")
 
     def robot(request: Request) -> list[tuple[float, bytes]]:
@@ -922,7 +922,7 @@ def test_what_is_said_besides_reaches_whoever_listens() -> None:
     run(scenario())
 
 
-def test_a_late_answer_is_an_aside() -> None:
+def test_a_late_answer_is_unsolicited() -> None:
     async def scenario() -> None:
         heard: list[Unsolicited] = []
         async with linked(after(0.75), timeout=0.5, on_unsolicited=heard.append) as (link, _):
@@ -938,7 +938,7 @@ def test_a_late_answer_is_an_aside() -> None:
     run(scenario())
 
 
-def test_half_a_frame_is_given_up_with_the_command_it_blocks() -> None:
+def test_an_incomplete_frame_is_given_up_with_the_command_it_blocks() -> None:
     def robot(request: Request) -> list[tuple[float, bytes]]:
         return [(0.5 - 2 * QUIET / 3, answer_to(request)[:-1])] if request.seq == 0 else after(0.125)(request)
 
@@ -953,7 +953,7 @@ def test_half_a_frame_is_given_up_with_the_command_it_blocks() -> None:
     run(scenario())
 
 
-def test_when_all_sequence_numbers_rest_the_next_command_waits() -> None:
+def test_the_next_command_waits_while_no_sequence_number_may_be_reused() -> None:
     async def scenario() -> None:
         async with linked(never, window=255) as (link, line):
             await ask_all(link, [BATTERY] * 255, timeout=0.5)
@@ -961,13 +961,13 @@ def test_when_all_sequence_numbers_rest_the_next_command_waits() -> None:
             line.robot = after(0.125)
             exchange = await link.ask(BATTERY)
             assert isinstance(exchange, Answered)
-            assert line.requests[-1][0] == pytest.approx(0.5 + REST, abs=1e-4)
+            assert line.requests[-1][0] == pytest.approx(0.5 + REUSE_AFTER_SILENCE, abs=1e-4)
             assert exchange.rtt == 0.125
 
     run(scenario())
 
 
-def test_when_all_sequence_numbers_rest_another_command_need_not_wait() -> None:
+def test_another_command_need_not_wait_for_a_sequence_number() -> None:
     async def scenario() -> None:
         async with linked(never, window=255) as (link, line):
             await ask_all(link, [BATTERY] * 255, timeout=0.5)
@@ -982,7 +982,7 @@ def test_when_all_sequence_numbers_rest_another_command_need_not_wait() -> None:
     run(scenario())
 
 
-def test_who_waits_for_a_number_gets_one_each() -> None:
+def test_each_command_that_waits_for_a_number_gets_one() -> None:
     async def scenario() -> None:
         async with linked(never, window=255) as (link, line):
             await ask_all(link, [BATTERY] * 255, timeout=0.5)
@@ -990,7 +990,7 @@ def test_who_waits_for_a_number_gets_one_each() -> None:
             exchanges = await ask_all(link, [BATTERY] * 300)
             assert all(isinstance(exchange, Answered) for exchange in exchanges)
             assert len(line.requests) == 555
-            assert all(when >= 0.5 + REST - 1e-4 for when, _ in line.requests[255:])
+            assert all(when >= 0.5 + REUSE_AFTER_SILENCE - 1e-4 for when, _ in line.requests[255:])
 
     run(scenario())
 
@@ -1096,7 +1096,7 @@ def test_giving_up_waiting_for_a_number() -> None:
             hasty = asyncio.create_task(link.ask(BATTERY))
             await asyncio.sleep(0.25)
             await cancel(hasty)
-            await asyncio.sleep(REST)
+            await asyncio.sleep(REUSE_AFTER_SILENCE)
             line.robot = after(0.125)
             assert isinstance(await link.ask(BATTERY, alone=True), Answered)
             assert len(line.requests) == 256
@@ -1173,7 +1173,7 @@ def test_giving_up_just_as_the_answer_comes(steps: int, number: int) -> None:
     run(scenario())
 
 
-def test_the_number_of_who_gave_up_is_not_used_while_its_answer_may_come() -> None:
+def test_the_number_of_a_cancelled_command_is_not_reused_while_its_answer_may_arrive() -> None:
     async def scenario() -> None:
         heard: list[Unsolicited] = []
         async with linked(after(0.5), on_unsolicited=heard.append, window=4, timeout=5.0) as (link, line):

@@ -1,4 +1,4 @@
-"""The pace of one node: what was sent and how it ended in, by hand and at random; timeout and window out."""
+"""The pace of one node: timeout and window after commands that end in ways chosen by hand and at random."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -26,7 +26,7 @@ USUAL = 0.125
 
 
 class Node:
-    """A node and its pace: commands go out with numbers that count up, and end some seconds after that.
+    """A node and its pace: commands are sent with increasing numbers, and end some seconds later.
 
     Attributes:
         overtaken: by the last answer.
@@ -233,7 +233,7 @@ def test_what_was_sent_after_the_window_was_full_proves_nothing() -> None:
     assert node.pace.window == grown
 
 
-def test_an_answer_missed_that_was_sure_to_come_halves_the_window_once() -> None:
+def test_a_missed_answer_that_was_certain_halves_the_window_once() -> None:
     node = Node()
     node.grow_to(WIDEST)
     first, *others = node.fill()
@@ -267,7 +267,7 @@ def test_after_halving_there_is_no_slow_start_up_to_where_it_ended_before() -> N
     assert node.answer(node.fill())[-1] <= half + 2
 
 
-def test_a_silence_that_surprises_nobody_leaves_the_window_as_it_is() -> None:
+def test_an_unsurprising_silence_leaves_the_window_as_it_is() -> None:
     node = Node()
     node.grow_to(WIDEST)
     node.stay_silent(node.fill())
@@ -293,7 +293,7 @@ def test_a_busy_robot_is_asked_less() -> None:
     assert node.answer(node.fill()[:1], busy=True) == [WIDEST // 4]
 
 
-def test_who_is_turned_away_at_the_door_has_overtaken_nobody() -> None:
+def test_a_busy_answer_overtakes_no_command() -> None:
     node = Node()
     node.grow_to(SLOW_START)
     numbers = node.fill()
@@ -315,7 +315,7 @@ def test_overtaken_commands_leave_the_window() -> None:
     assert (node.overtaken, node.pace.in_flight) == ([], 0)
 
 
-def test_answers_in_order_overtake_nobody() -> None:
+def test_answers_in_order_overtake_no_command() -> None:
     node = Node(window=WIDEST)
     for number in node.fill():
         node.answer([number], after=2**-10)
@@ -323,7 +323,7 @@ def test_answers_in_order_overtake_nobody() -> None:
     assert node.pace.in_flight == 0
 
 
-def test_a_number_that_comes_round_again_stands_at_the_end() -> None:
+def test_a_reused_number_is_last_in_order() -> None:
     pace = Pace(window=4)
     for number in (3, 0):
         pace.sent(number, now=0.0)
@@ -343,7 +343,7 @@ def test_the_silence_of_an_overtaken_command_is_no_slowness() -> None:
     assert node.pace.timeout == timeout
 
 
-def test_an_overtaken_command_that_was_sure_to_be_answered_was_lost_in_the_crowd() -> None:
+def test_an_overtaken_command_whose_answer_was_certain_narrows_the_window() -> None:
     node = Node()
     node.grow_to(WIDEST)
     overtaken, served = node.fill()[:2]
@@ -352,7 +352,7 @@ def test_an_overtaken_command_that_was_sure_to_be_answered_was_lost_in_the_crowd
     assert node.pace.window == WIDEST // 2
 
 
-def test_what_nobody_waits_for_takes_no_place() -> None:
+def test_a_forgotten_command_takes_no_place() -> None:
     node = Node()
     (number,) = node.send()
     for _ in range(2):
@@ -429,7 +429,7 @@ def test_a_fixed_window_lets_the_timeout_adapt(events: list[tuple[str, int, floa
         assert (fixed.timeout, fixed.window) == (free.timeout, window)
 
 
-def test_who_is_unhurried_has_time_unless_a_timeout_was_named() -> None:
+def test_the_last_try_gets_more_time_unless_a_timeout_was_set() -> None:
     assert Pace().last_try_timeout == FIRST_TIMEOUT
     quick = Pace()
     quick.sent(0, now=0.0)

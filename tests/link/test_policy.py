@@ -1,4 +1,4 @@
-"""The gate: what goes out to which robot by whose leave, for every command of the catalogue and any other."""
+"""The policy: what may be sent to which robot with which consent, for known and unknown commands."""
 
 import itertools
 
@@ -60,7 +60,7 @@ def policy(
     if strict:
         made.length_checks.trust(NODE)
         for did in range(256):
-            made.length_checks.take_refusal(at(did, 0x00))
+            made.length_checks.add_rejection(at(did, 0x00))
     return made
 
 
@@ -109,7 +109,7 @@ def known_may_go(row: CommandRow, payload: bytes, *, strict: bool) -> bool:
 
 
 def may_go(did: int, cid: int, payload: bytes, robot: Robot | None, *, strict: bool) -> bool:
-    """The rules of consent by default, said once more."""
+    """The rules of the default consent, written independently."""
     rows = meanings(did, cid, robot)
     if not rows:
         return unknown_may_go(did, cid, payload, strict=strict)
@@ -168,14 +168,14 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robo
         ),
         pytest.param(at(0x13, 0x01), "bolt", True, Risk.MOTION, "power.sleep", id="sleep"),
         pytest.param(
-            at(0x13, 0x01, bytes(11)), "bolt", True, Risk.MOTION, "not asked", id="sleep, wrong length"
+            at(0x13, 0x01, bytes(11)), "bolt", True, Risk.MOTION, "not sent", id="sleep, wrong length"
         ),
-        pytest.param(at(0x13, 0x01, bytes(11)), "bolt", False, Risk.MOTION, "not asked", id="sleep, lenient"),
+        pytest.param(at(0x13, 0x01, bytes(11)), "bolt", False, Risk.MOTION, "not sent", id="sleep, lenient"),
         pytest.param(at(0x13, 0x00), "rvr", True, Risk.BRICK, "deep_sleep", id="deep sleep"),
         pytest.param(
-            at(0x13, 0x00, bytes(11)), "rvr", True, Risk.BRICK, "not asked", id="deep sleep, wrong length"
+            at(0x13, 0x00, bytes(11)), "rvr", True, Risk.BRICK, "not sent", id="deep sleep, wrong length"
         ),
-        pytest.param(at(0x1D, 0x1C), "rvr", True, Risk.BRICK, "not asked", id="reset without argument"),
+        pytest.param(at(0x1D, 0x1C), "rvr", True, Risk.BRICK, "not sent", id="reset without argument"),
         pytest.param(at(0x1A, 0x35), "bolt", True, Risk.BRICK, "delete_all", id="delete all animations"),
         pytest.param(at(0x11, 0x2E), "rvr", True, Risk.BRICK, "erase_config", id="erase config"),
         pytest.param(at(0x16, 0x07, bytes(4)), "bolt-plus", True, Risk.MOTION, "drive", id="drive"),
@@ -189,7 +189,7 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robo
         ),
         pytest.param(at(0x17, 0x25), "r2d2", False, Risk.READ, "documented", id="17/25 on R2-D2 reads"),
         pytest.param(at(0x17, 0x25), "lmq", True, Risk.MOTION, "set_shoulder", id="17/25 on McQueen moves"),
-        pytest.param(at(0x17, 0x25), None, True, Risk.MOTION, "set_shoulder", id="17/25 on who knows what"),
+        pytest.param(at(0x17, 0x25), None, True, Risk.MOTION, "set_shoulder", id="17/25 on an unknown model"),
         pytest.param(
             at(0x17, 0x25), "mini", True, Risk.MOTION, "set_shoulder", id="17/25 on a robot without it"
         ),
@@ -197,7 +197,7 @@ def test_proper_reads_are_always_sent_and_proper_anything_else_never(robot: Robo
             at(0x17, 0x05, bytes(11)), None, True, Risk.MOTION, "animation", id="one of two layouts unknown"
         ),
         pytest.param(
-            at(0x17, 0x05, bytes(11)), "r2d2", True, Risk.MOTION, "not asked", id="this one's is known"
+            at(0x17, 0x05, bytes(11)), "r2d2", True, Risk.MOTION, "not sent", id="this one's is known"
         ),
         pytest.param(
             at(0x50, 0x01, bytes(11)), None, True, Risk.PROBE, "no command takes", id="unknown device"
@@ -232,12 +232,12 @@ def test_the_dangerous_devices() -> None:
 
 
 @pytest.mark.parametrize("did", sorted(DANGEROUS_DEVICES), ids=lambda did: f"0x{did:02x}")
-def test_unknown_commands_of_dangerous_devices_never_go(did: int) -> None:
+def test_unknown_commands_of_dangerous_devices_are_blocked(did: int) -> None:
     gate = policy(strict=True)
     for cid in range(256):
         if rows_of(V2, did, cid):
             continue
-        gate.length_checks.take_as_absent(at(did, cid))
+        gate.length_checks.mark_absent(at(did, cid))
         for payload in (b"", bytes(WRONG_LENGTH), bytes(13), bytes(40), b"\x01"):
             assert gate.why_blocked(at(did, cid, payload)) is not None
             assert gate.assess(at(did, cid, payload)).risk >= Risk.PERSIST
@@ -318,7 +318,7 @@ def test_notifications_are_no_commands(pair: tuple[int, int]) -> None:
         pytest.param(bytes(1024), False, id="1024 zeros"),
     ],
 )
-def test_an_unknown_command_goes_as_a_wrong_length_of_zeros_only(payload: bytes, goes: bool) -> None:
+def test_an_unknown_command_is_sent_only_as_a_wrong_length_of_zeros(payload: bytes, goes: bool) -> None:
     strict = policy(strict=True)
     for did in (0x50, 0x13, 0x11, 0x1A):
         assert (strict.why_blocked(at(did, 0x70, payload)) is None) == goes
@@ -344,7 +344,7 @@ def test_trust_is_for_one_node() -> None:
 )
 def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload: bytes) -> None:
     gate = policy()
-    gate.length_checks.take_as_absent(at(0x50, 0x01, b"\x07"))
+    gate.length_checks.mark_absent(at(0x50, 0x01, b"\x07"))
     assert gate.assess(at(0x50, 0x01, payload)).risk is Risk.PROBE
     assert gate.why_blocked(at(0x50, 0x01, payload)) is None
     assert gate.why_blocked(Command(0x50, 0x01, payload, 0x12)) is not None
@@ -403,7 +403,7 @@ def test_classes_are_allowed_one_by_one(allowed: Risk) -> None:
 
 
 @EACH_ROBOT
-def test_with_everything_allowed_everything_goes(robot: Robot | None) -> None:
+def test_with_everything_allowed_nothing_is_blocked(robot: Robot | None) -> None:
     gate = policy(robot, EVERYTHING)
     for (did, cid), length in itertools.product(PAIRS, (0, 4, WRONG_LENGTH)):
         assert gate.why_blocked(at(did, cid, bytes(length))) is None
@@ -444,7 +444,7 @@ BRICK = Assessment(Risk.BRICK, "it erases")
         pytest.param(set(), "BP-1234", ("BP-1234",), False, id="confirmed, nothing allowed"),
     ],
 )
-def test_brick_wants_leave_and_the_name(
+def test_brick_needs_consent_and_the_name(
     allowed: set[Risk], confirmed: str, names: tuple[str, ...], goes: bool
 ) -> None:
     consent = Consent(frozenset(allowed), confirmed)
@@ -480,7 +480,7 @@ ANY_PAYLOAD = (
 @given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(TARGETS))
 @example((0x17, 0x05), bytes(11), 0x11, None, {0x11})
 @example((0x1A, 0x04), bytes(11), 0x11, None, set())
-def test_by_default_nothing_goes_that_could_do_anything(
+def test_the_default_consent_blocks_everything_that_could_act(
     pair: tuple[int, int], payload: bytes, target: int | None, robot: Robot | None, strict: set[int | None]
 ) -> None:
     gate = Policy(V2, robot, Consent(), (ROBOT_NAME,))
@@ -494,7 +494,7 @@ def test_by_default_nothing_goes_that_could_do_anything(
     if not rows and is_impossible_pair(*pair):
         assert payload in (b"", bytes(11), bytes(13), bytes(40))
         return
-    assert target in strict, "nobody measured that this node refuses wrong lengths"
+    assert target in strict, "it was not measured that this node rejects wrong lengths"
     assert all(row.request is not None for row in rows)
     dangerous = [row for row in rows_of(V2, *pair) if row.kind is Kind.COMMAND and row.risk > Risk.READ]
     assert not any(row.request.accepts(len(payload)) for row in dangerous if row.request)
@@ -513,7 +513,7 @@ def test_measuring_a_node_never_makes_a_command_more_dangerous(
 
 
 @given(ANY_PAIR, ANY_PAYLOAD, TARGETS, st.sampled_from(ALL_ROBOTS), st.sets(st.sampled_from(Risk)))
-def test_what_goes_was_allowed_by_its_own_name(
+def test_what_is_sent_was_allowed_by_its_own_name(
     pair: tuple[int, int], payload: bytes, target: int | None, robot: Robot | None, allowed: set[Risk]
 ) -> None:
     gate = Policy(V2, robot, Consent(frozenset(allowed), ROBOT_NAME), (ROBOT_NAME,))
@@ -535,9 +535,9 @@ def test_unknown_commands_of_a_device_that_acts_wait_for_evidence_there(did: int
     gate.length_checks.trust(NODE)
     assert gate.assess(probe).risk >= Risk.PERSIST
     assert "no command of it was seen to check lengths" in gate.assess(probe).reason
-    gate.length_checks.take_refusal(Command(did, 0x01, b"", 0x12))
+    gate.length_checks.add_rejection(Command(did, 0x01, b"", 0x12))
     assert gate.why_blocked(probe) is not None
-    gate.length_checks.take_refusal(at(did, 0x01))
+    gate.length_checks.add_rejection(at(did, 0x01))
     assert gate.assess(probe).risk is Risk.PROBE
 
 
@@ -552,9 +552,9 @@ def test_a_node_on_which_a_wrong_length_was_accepted_gets_no_other() -> None:
     assert gate.why_blocked(at(0x13, 0x10)) is None
 
 
-def test_a_device_that_says_yes_to_what_cannot_exist_is_asked_nothing_unknown() -> None:
+def test_an_uninformative_device_gets_no_unknown_command() -> None:
     gate = policy(strict=True)
-    gate.length_checks.take_as_uninformative(NODE, 0x50)
+    gate.length_checks.mark_uninformative(NODE, 0x50)
     assert "cannot exist" in gate.assess(at(0x50, 0x01, bytes(11))).reason
     assert gate.why_blocked(at(0x50, 0x01, bytes(11))) is not None
     assert gate.why_blocked(at(0x51, 0x01, bytes(11))) is None

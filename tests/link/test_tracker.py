@@ -1,4 +1,4 @@
-"""The tracker against answers in every order: whose answer is it, and when does it come too late?"""
+"""The tracker with answers in every order: to which command each belongs, and which are too late."""
 
 from collections.abc import Iterable
 
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from sphero_probe.link.exchange import Answered, Exchange, LateResponse, Silent, Unsolicited
-from sphero_probe.link.tracker import _REMEMBERED, ECHO, QUIET, REST, Tracker
+from sphero_probe.link.tracker import _REMEMBERED, QUIET, REUSE_AFTER_ANSWER, REUSE_AFTER_SILENCE, Tracker
 from sphero_probe.protocol.codec import Decoder
 from sphero_probe.protocol.packets import Command, Malformed, Notification, Packet, Request, Response, Role
 from sphero_probe.protocol.v1 import V1
@@ -151,7 +151,7 @@ def test_a_response_with_the_sequence_number_of_notifications_is_no_notification
     assert event.received == real
 
 
-def test_what_is_said_besides() -> None:
+def test_unsolicited_packets() -> None:
     tracker = asked(BATTERY)
     awake = Notification(0x13, 0x11, b"", 1, None, 0xFF, 0x28)
     spoilt = Malformed(bytes.fromhex("8d09130d0000d7d8"), "checksum 0xd7, expected 0xd6")
@@ -191,7 +191,7 @@ def test_a_late_answer_belongs_to_what_was_silent() -> None:
     assert kinds(say(tracker, answer_to(BATTERY, 0), now=3.0)) == [LateResponse]
 
 
-def test_a_foreign_answer_is_not_laid_at_an_earlier_command() -> None:
+def test_a_foreign_answer_is_not_matched_to_an_earlier_command() -> None:
     tracker = asked(BATTERY._replace(target=0x11))
     list(tracker.expire(now=2.0))
     event = only(LateResponse, say(tracker, answer_to(VOLTAGE, 0), now=2.0))
@@ -202,17 +202,17 @@ def test_a_foreign_answer_is_not_laid_at_an_earlier_command() -> None:
     assert isinstance(event.earlier, Silent)
 
 
-def test_a_handle_asked_anew_forgets_what_it_was() -> None:
+def test_a_reused_number_forgets_the_earlier_command() -> None:
     tracker = asked(*[BATTERY] * 255)
     say(tracker, answer_to(BATTERY, 0))
-    assert tracker.ask(BATTERY, now=ECHO, timeout=1.0)[0] == 0
-    (event,) = say(tracker, answer_to(BATTERY, 0), now=ECHO)
+    assert tracker.ask(BATTERY, now=REUSE_AFTER_ANSWER, timeout=1.0)[0] == 0
+    (event,) = say(tracker, answer_to(BATTERY, 0), now=REUSE_AFTER_ANSWER)
     assert isinstance(event, Answered)
-    duplicate = only(LateResponse, say(tracker, answer_to(BATTERY, 0), now=ECHO))
+    duplicate = only(LateResponse, say(tracker, answer_to(BATTERY, 0), now=REUSE_AFTER_ANSWER))
     assert duplicate.earlier is event
 
 
-def test_a_number_asked_anew_with_another_command_forgets_nothing() -> None:
+def test_a_number_reused_for_another_command_forgets_nothing() -> None:
     tracker = asked(*[BATTERY] * 255)
     (first,) = say(tracker, answer_to(BATTERY, 0, b"\x01"))
     assert tracker.ask(VOLTAGE, now=0.0, timeout=1.0)[0] == 0
@@ -224,7 +224,7 @@ def test_a_number_asked_anew_with_another_command_forgets_nothing() -> None:
 
 
 @pytest.mark.parametrize("waiting", [True, False])
-def test_a_late_answer_finds_its_own_command_though_its_number_went_out_with_others(waiting: bool) -> None:
+def test_a_late_answer_finds_its_own_command_though_its_number_was_reused(waiting: bool) -> None:
     tracker = asked(*[BATTERY] * 255)
     silents = list(tracker.expire(now=1.0))
     sounds = Command(0x1A, 0x10)
@@ -242,7 +242,7 @@ def test_sequence_numbers_run_from_0_to_254_and_start_over() -> None:
     tracker = Tracker(V2)
     seqs = []
     for number in range(600):
-        now = number * ECHO
+        now = number * REUSE_AFTER_ANSWER
         seq, frame = tracker.ask(BATTERY, now=now, timeout=1.0)
         seqs.append(seq)
         assert frame == V2.encode_command(BATTERY, seq)
@@ -254,7 +254,7 @@ def test_waiting_numbers_are_not_used_again() -> None:
     tracker = Tracker(V2)
     kept = [tracker.ask(VOLTAGE, now=0.0, timeout=1e6)[0] for _ in range(3)]
     for number in range(600):
-        now = number * ECHO
+        now = number * REUSE_AFTER_ANSWER
         seq, _ = tracker.ask(BATTERY, now=now, timeout=1.0)
         assert seq not in kept
         say(tracker, answer_to(BATTERY, seq), now=now)
@@ -271,16 +271,16 @@ def test_all_numbers_waiting() -> None:
     assert tracker.next_deadline() == 1.0
 
 
-def test_handles_of_silent_commands_rest() -> None:
+def test_numbers_of_silent_commands_are_not_reused_for_a_while() -> None:
     tracker = asked(*[BATTERY] * 255)
     assert len(list(tracker.expire(now=1.0))) == 255
-    assert tracker.free_at(BATTERY, 1.0) == 1.0 + REST
+    assert tracker.free_at(BATTERY, 1.0) == 1.0 + REUSE_AFTER_SILENCE
     with pytest.raises(RuntimeError, match="sequence number"):
-        tracker.ask(BATTERY, now=0.5 + REST, timeout=1.0)
-    assert tracker.free_at(BATTERY, 1.0 + REST) == 1.0 + REST
+        tracker.ask(BATTERY, now=0.5 + REUSE_AFTER_SILENCE, timeout=1.0)
+    assert tracker.free_at(BATTERY, 1.0 + REUSE_AFTER_SILENCE) == 1.0 + REUSE_AFTER_SILENCE
     assert tracker.free_at(BATTERY, 50.0) == 50.0
-    assert tracker.ask(BATTERY, now=1.0 + REST, timeout=1.0)[0] == 0
-    assert tracker.ask(BATTERY, now=1.0 + REST, timeout=1.0)[0] == 1
+    assert tracker.ask(BATTERY, now=1.0 + REUSE_AFTER_SILENCE, timeout=1.0)[0] == 0
+    assert tracker.ask(BATTERY, now=1.0 + REUSE_AFTER_SILENCE, timeout=1.0)[0] == 1
 
 
 @pytest.mark.parametrize(
@@ -298,7 +298,7 @@ def test_another_command_may_use_a_resting_number_where_answers_name_commands(
 ) -> None:
     tracker = asked(*[BATTERY] * 255)
     list(tracker.expire(now=1.0))
-    assert tracker.free_at(command, 1.0) == (1.0 if may else 1.0 + REST)
+    assert tracker.free_at(command, 1.0) == (1.0 if may else 1.0 + REUSE_AFTER_SILENCE)
     if may:
         assert tracker.ask(command, now=1.0, timeout=1.0)[0] == 0
         event = only(Answered, say(tracker, answer_to(command, 0), now=1.0))
@@ -316,11 +316,11 @@ def test_no_command_may_use_a_resting_number_where_answers_name_none(silent: boo
         tracker.ask(PING, now=0.0, timeout=1.0)
     if silent:
         assert kinds(tracker.expire(now=1.0)) == [Silent] * everyone
-        rested = 1.0 + REST
+        rested = 1.0 + REUSE_AFTER_SILENCE
     else:
         for seq in V1.sequence_numbers:
             assert kinds(tracker.hear(V1.encode_response(Response(seq, OK)), now=1.0)) == [Answered]
-        rested = 1.0 + ECHO
+        rested = 1.0 + REUSE_AFTER_ANSWER
     for command in (PING, Command(0x02, 0x20)):
         assert tracker.free_at(command, 1.0) == rested
         with pytest.raises(RuntimeError, match="sequence number"):
@@ -336,26 +336,26 @@ def test_the_first_rested_number_tells_when_one_is_free() -> None:
     for number in range(255):
         tracker.ask(BATTERY, now=0.0, timeout=1.0 if number == 77 else 2.0)
     assert [event.seq for event in every(Silent, tracker.expire(now=1.5))] == [77]
-    assert tracker.free_at(BATTERY, 1.5) == 1.5 + REST
+    assert tracker.free_at(BATTERY, 1.5) == 1.5 + REUSE_AFTER_SILENCE
     list(tracker.expire(now=2.0))
-    assert tracker.free_at(BATTERY, 2.0) == 1.5 + REST
-    assert tracker.ask(BATTERY, now=1.5 + REST, timeout=1.0)[0] == 77
-    assert tracker.free_at(BATTERY, 1.5 + REST) == 2.0 + REST
+    assert tracker.free_at(BATTERY, 2.0) == 1.5 + REUSE_AFTER_SILENCE
+    assert tracker.ask(BATTERY, now=1.5 + REUSE_AFTER_SILENCE, timeout=1.0)[0] == 77
+    assert tracker.free_at(BATTERY, 1.5 + REUSE_AFTER_SILENCE) == 2.0 + REUSE_AFTER_SILENCE
 
 
-def test_handles_of_answered_commands_rest_briefly() -> None:
+def test_numbers_of_answered_commands_are_reused_soon() -> None:
     tracker = asked(*[BATTERY] * 254)
     list(tracker.expire(now=1.0))
     seq, _ = tracker.ask(BATTERY, now=1.0, timeout=1.0)
     assert kinds(say(tracker, answer_to(BATTERY, seq), now=1.25)) == [Answered]
-    assert tracker.free_at(BATTERY, 1.25) == 1.25 + ECHO
+    assert tracker.free_at(BATTERY, 1.25) == 1.25 + REUSE_AFTER_ANSWER
     with pytest.raises(RuntimeError, match="sequence number"):
         tracker.ask(BATTERY, now=1.25, timeout=1.0)
     assert kinds(say(tracker, answer_to(BATTERY, seq), now=1.25)) == [LateResponse]
-    assert tracker.ask(BATTERY, now=1.25 + ECHO, timeout=1.0)[0] == seq
+    assert tracker.ask(BATTERY, now=1.25 + REUSE_AFTER_ANSWER, timeout=1.0)[0] == seq
 
 
-def test_a_command_that_cannot_be_written_claims_nothing() -> None:
+def test_a_command_that_cannot_be_encoded_takes_no_number() -> None:
     tracker = Tracker(V2)
     with pytest.raises(ValueError, match="at most"):
         tracker.ask(Command(0x10, 0x00, bytes(5000)), now=0.0, timeout=1.0)
@@ -384,10 +384,10 @@ def test_deadlines() -> None:
         pytest.param(0.25, 0.25, 0.25, id="before both"),
         pytest.param(1.5, 1.0, 1.5, id="between"),
         pytest.param(2.0, 1.0, 2.0, id="the same"),
-        pytest.param(9.0, 1.0, 2.0, id="later: nobody waits longer"),
+        pytest.param(9.0, 1.0, 2.0, id="later: no command waits longer"),
     ],
 )
-def test_hastening_only_shortens(deadline: float, first: float, second: float) -> None:
+def test_deadlines_are_only_shortened(deadline: float, first: float, second: float) -> None:
     tracker = asked(BATTERY)
     tracker.ask(VOLTAGE, now=0.0, timeout=2.0)
     tracker.ask(BATTERY, now=0.0, timeout=7.0)
@@ -401,7 +401,7 @@ def test_hastening_only_shortens(deadline: float, first: float, second: float) -
     assert ends == {0: first, 1: second, 2: 7.0}
 
 
-def test_what_does_not_wait_cannot_be_hastened() -> None:
+def test_a_command_that_does_not_wait_has_no_deadline_to_shorten() -> None:
     tracker = asked(BATTERY, VOLTAGE, BATTERY)
     say(tracker, answer_to(BATTERY, 0))
     tracker.shorten_deadlines([0, 77], deadline=0.5)
@@ -410,11 +410,11 @@ def test_what_does_not_wait_cannot_be_hastened() -> None:
     assert kinds(tracker.expire(now=0.5)) == []
 
 
-def test_a_late_answer_of_a_hastened_command_finds_it() -> None:
+def test_a_late_answer_finds_a_command_with_a_shortened_deadline() -> None:
     tracker = asked(BATTERY, timeout=100.0)
     tracker.shorten_deadlines([0], deadline=0.5)
     (silent,) = tracker.expire(now=0.5)
-    late = only(LateResponse, say(tracker, answer_to(BATTERY, 0), now=0.5 + REST - 0.125))
+    late = only(LateResponse, say(tracker, answer_to(BATTERY, 0), now=0.5 + REUSE_AFTER_SILENCE - 0.125))
     assert late.earlier is silent
 
 
@@ -424,7 +424,7 @@ def test_an_answer_at_the_last_moment_counts() -> None:
     assert list(tracker.expire(now=7.0)) == []
 
 
-def test_half_a_frame_is_given_up_when_the_line_is_quiet() -> None:
+def test_an_incomplete_frame_is_given_up_when_the_line_is_quiet() -> None:
     tracker = asked(BATTERY)
     frame = V2.encode_response(answer_to(BATTERY, 0))
     assert list(tracker.hear(frame[:5], now=1.0 - QUIET)) == []
@@ -437,7 +437,7 @@ def test_half_a_frame_is_given_up_when_the_line_is_quiet() -> None:
     assert rest.raw == frame[5:]
 
 
-def test_half_a_frame_is_kept_while_the_line_is_busy() -> None:
+def test_an_incomplete_frame_is_kept_while_the_line_is_busy() -> None:
     tracker = asked(BATTERY)
     frame = V2.encode_response(answer_to(BATTERY, 0))
     assert list(tracker.hear(frame[:5], now=1.0 - QUIET / 2)) == []
@@ -448,7 +448,7 @@ def test_half_a_frame_is_kept_while_the_line_is_busy() -> None:
     assert late.earlier == silent
 
 
-def test_half_a_frame_is_kept_while_nobody_is_too_late() -> None:
+def test_an_incomplete_frame_is_kept_while_no_command_is_overdue() -> None:
     tracker = asked(BATTERY, timeout=10.0)
     frame = V2.encode_response(answer_to(BATTERY, 0))
     assert list(tracker.hear(frame[:5], now=0.0)) == []
@@ -502,7 +502,7 @@ def test_every_codec_has_its_own_numbers() -> None:
     assert tracker.free_at(BATTERY, 0.0) == float("inf")
 
 
-def test_what_a_half_frame_held_back_is_heard_before_it_is_too_late() -> None:
+def test_packets_behind_an_incomplete_frame_are_heard_before_the_deadline() -> None:
     codec = WithoutIds()
     tracker = Tracker(codec)
     for command in (BATTERY, VOLTAGE):
@@ -544,7 +544,7 @@ def held(tracker: Tracker) -> int:
     ("every", "most"),
     [
         pytest.param(None, 3 * _REMEMBERED, id="all answered"),
-        pytest.param(10, 3 * REST / 2**-10, id="one in ten silent"),
+        pytest.param(10, 3 * REUSE_AFTER_SILENCE / 2**-10, id="one in ten silent"),
     ],
 )
 def test_memory_does_not_grow(every: int | None, most: float) -> None:
@@ -564,7 +564,7 @@ def test_memory_does_not_grow(every: int | None, most: float) -> None:
             sizes.append(held(tracker))
     assert max(sizes) <= most
     assert max(sizes[25:]) <= max(sizes[:25]) * 1.01
-    tracker.ask(BATTERY, now=now + 2 * REST, timeout=1.0)
+    tracker.ask(BATTERY, now=now + 2 * REUSE_AFTER_SILENCE, timeout=1.0)
     assert held(tracker) == 1
 
 
@@ -585,9 +585,9 @@ def test_what_rests_is_not_forgotten_however_much_is_settled_meanwhile() -> None
     for number in range(_REMEMBERED + 10):
         settle(tracker, Command(number // 250, number % 250), 1.0 + number / _REMEMBERED)
     codec.coming = [Response(0, OK, b"", *BATTERY[:2])]
-    late = only(LateResponse, tracker.hear(b"!", now=0.5 + REST))
+    late = only(LateResponse, tracker.hear(b"!", now=0.5 + REUSE_AFTER_SILENCE))
     assert late.earlier is silent
-    seqs = {tracker.ask(BATTERY, now=0.5 + REST, timeout=1.0)[0] for _ in range(254)}
+    seqs = {tracker.ask(BATTERY, now=0.5 + REUSE_AFTER_SILENCE, timeout=1.0)[0] for _ in range(254)}
     assert 0 not in seqs
 
 
@@ -596,10 +596,10 @@ def test_what_was_settled_again_is_remembered_from_then_on() -> None:
     codec.sequence_numbers = range(1)
     tracker = Tracker(codec)
     settle(tracker, BATTERY, 0.0)
-    last = settle(tracker, BATTERY, REST - 1.0)
-    settle(tracker, VOLTAGE, REST + 1.0)
+    last = settle(tracker, BATTERY, REUSE_AFTER_SILENCE - 1.0)
+    settle(tracker, VOLTAGE, REUSE_AFTER_SILENCE + 1.0)
     codec.coming = [Response(0, OK, b"", *BATTERY[:2])]
-    late = only(LateResponse, tracker.hear(b"!", now=REST + 1.0))
+    late = only(LateResponse, tracker.hear(b"!", now=REUSE_AFTER_SILENCE + 1.0))
     assert late.earlier is last
 
 
@@ -608,7 +608,7 @@ def test_what_is_answered_often_is_remembered_once() -> None:
     for number in range(600):
         seq, _ = tracker.ask(BATTERY, now=number / 8, timeout=1.0)
         (last,) = say(tracker, answer_to(BATTERY, seq), now=number / 8)
-    assert held(tracker) <= 4 * REST * 8
+    assert held(tracker) <= 4 * REUSE_AFTER_SILENCE * 8
     late = only(LateResponse, say(tracker, answer_to(BATTERY, seq), now=600 / 8))
     assert late.earlier is last
 
@@ -632,9 +632,9 @@ STYLES = ["both addresses", "source only", "no addresses"]
 class UnreliableRobot(RuleBasedStateMachine):
     """A robot that answers late, twice, in any order, from the wrong node, in pieces, or never.
 
-    The payload of each answer tells which question it answers, and so who must get the credit. An answer
-    stays away once the handle of its silent question is rested, or that of its answered question is asked
-    anew: nobody could tell the two apart then.
+    The payload of each answer names the question that it answers. No answer arrives once the sequence
+    number of its silent question may be reused, or that of its answered question was: then the two could not
+    be told apart.
     """
 
     def __init__(self) -> None:
@@ -644,7 +644,7 @@ class UnreliableRobot(RuleBasedStateMachine):
         self.questions: dict[int, tuple[Command, int]] = {}
         self.deadlines: dict[int, float] = {}
         self.waiting: dict[int, int] = {}
-        self.rests_until: dict[tuple[int, int, int], float] = {}
+        self.reusable_at: dict[tuple[int, int, int], float] = {}
         self.settled: dict[int, Answered | Silent] = {}
         self.settled_at: dict[int, float] = {}
 
@@ -658,7 +658,7 @@ class UnreliableRobot(RuleBasedStateMachine):
         return [
             question
             for handle, question in newest.items()
-            if not isinstance(self.settled.get(question), Silent) or self.rests_until[handle] > self.now
+            if not isinstance(self.settled.get(question), Silent) or self.reusable_at[handle] > self.now
         ]
 
     def settle(self, event: Answered | Silent, rest: float) -> int:
@@ -666,7 +666,7 @@ class UnreliableRobot(RuleBasedStateMachine):
         question = self.waiting.pop(event.seq)
         assert self.questions[question] == (event.command, event.seq)
         self.settled[question], self.settled_at[question] = event, self.now
-        self.rests_until[self.handle(question)] = self.now + rest
+        self.reusable_at[self.handle(question)] = self.now + rest
         return question
 
     def take(self, events: Iterable[Exchange | Unsolicited]) -> list[Exchange | Unsolicited]:
@@ -675,13 +675,13 @@ class UnreliableRobot(RuleBasedStateMachine):
         for event in events:
             match event:
                 case Answered(response=response):
-                    question = self.settle(event, ECHO)
+                    question = self.settle(event, REUSE_AFTER_ANSWER)
                     assert question == int.from_bytes(response.payload), "credited to another command"
                 case Silent():
-                    self.settle(event, REST)
+                    self.settle(event, REUSE_AFTER_SILENCE)
                 case LateResponse(response=response, earlier=earlier):
                     question = int.from_bytes(response.payload)
-                    if earlier or self.now < self.settled_at.get(question, self.now) + REST:
+                    if earlier or self.now < self.settled_at.get(question, self.now) + REUSE_AFTER_SILENCE:
                         assert earlier is self.settled.get(question), "laid at another command"
             if not isinstance(event, Malformed):
                 said.append(event)
@@ -696,7 +696,7 @@ class UnreliableRobot(RuleBasedStateMachine):
     def ask(self, command: Command, timeout: float) -> None:
         resting = {
             seq
-            for (seq, did, cid), until in self.rests_until.items()
+            for (seq, did, cid), until in self.reusable_at.items()
             if until > self.now and (did, cid) == (command.did, command.cid)
         }
         free = set(range(255)) - self.waiting.keys() - resting
@@ -730,7 +730,7 @@ class UnreliableRobot(RuleBasedStateMachine):
             question = self.waiting[seq]
             self.deadlines[question] = min(self.deadlines[question], self.now + seconds)
 
-    @rule(seconds=st.sampled_from([0.25, 0.5, 1.0, 4.0, REST]))
+    @rule(seconds=st.sampled_from([0.25, 0.5, 1.0, 4.0, REUSE_AFTER_SILENCE]))
     def let_time_pass(self, seconds: float) -> None:
         self.now += seconds
         overdue = [question for question in self.waiting.values() if self.deadlines[question] <= self.now]
@@ -761,7 +761,7 @@ class UnreliableRobot(RuleBasedStateMachine):
         assert self.waiting[seq] == question
 
     @rule(seq=st.integers(0, 255), command=st.sampled_from([Command(0x77, 0x00), Command(0x13, 0x77)]))
-    def answer_what_nobody_asked(self, seq: int, command: Command) -> None:
+    def answer_what_was_never_asked(self, seq: int, command: Command) -> None:
         assert kinds(self.hear(answer_to(command, seq, bytes(4)))) == [LateResponse]
 
     @rule(noise=st.lists(st.sampled_from([0x00, 0x8D, 0xAB, 0xD8, 0x13]), min_size=1, max_size=6).map(bytes))

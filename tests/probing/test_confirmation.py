@@ -1,4 +1,4 @@
-"""Which canary proves what: probes and canaries sent and ended in every order in, proofs out."""
+"""Which health check confirms which results, with probes and checks that end in every order."""
 
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -14,7 +14,7 @@ from sphero_probe.protocol.packets import Command, Response
 NOTHING = Confirmed([], [])
 
 
-def asked(number: int, target: int | None = None) -> PreparedProbe:
+def prepared(number: int, target: int | None = None) -> PreparedProbe:
     return PreparedProbe(number, Command(0x13, number % 256, b"", target), Risk.PROBE, None, "")
 
 
@@ -24,185 +24,190 @@ def settled(probe: PreparedProbe) -> SettledProbe:
     return SettledProbe(probe, ProbeResult(answer, 1))
 
 
-def test_a_canary_proves_what_was_sent_before_it() -> None:
+def test_a_passed_check_confirms_what_was_sent_before_it() -> None:
     confirmations = Confirmations()
-    answered, silent = settled(asked(1)), asked(2)
+    answered, silent = settled(prepared(1)), prepared(2)
     assert confirmations.answer(answered, confirmations.checks) == NOTHING
     assert confirmations.silence(silent, confirmations.checks) == NOTHING
-    health = confirmations.send(2)
-    assert confirmations.right(health) == NOTHING
-    assert confirmations.right(health) == Confirmed([answered], [silent])
+    check = confirmations.send(2)
+    assert confirmations.passed(check) == NOTHING
+    assert confirmations.passed(check) == Confirmed([answered], [silent])
     assert not confirmations
 
 
-def test_a_canary_does_not_prove_what_was_sent_after_it() -> None:
+def test_a_passed_check_does_not_confirm_what_was_sent_after_it() -> None:
     confirmations = Confirmations()
-    health = confirmations.send(1)
-    late = settled(asked(1))
+    check = confirmations.send(1)
+    late = settled(prepared(1))
     assert confirmations.answer(late, confirmations.checks) == NOTHING
-    assert confirmations.right(health) == NOTHING
+    assert confirmations.passed(check) == NOTHING
     assert confirmations
-    assert confirmations.right(confirmations.send(1)) == Confirmed([late], [])
+    assert confirmations.passed(confirmations.send(1)) == Confirmed([late], [])
 
 
-def test_what_was_sent_before_a_canary_and_ends_after_it_is_proved_at_once() -> None:
+def test_what_was_sent_before_a_passed_check_and_ends_after_it_is_confirmed_at_once() -> None:
     confirmations = Confirmations()
     stamp = confirmations.checks
-    confirmations.right(confirmations.send(1))
-    answered, silent = settled(asked(1)), asked(2)
+    confirmations.passed(confirmations.send(1))
+    answered, silent = settled(prepared(1)), prepared(2)
     assert confirmations.answer(answered, stamp) == Confirmed([answered], [])
     assert confirmations.silence(silent, stamp) == Confirmed([], [silent])
     assert not confirmations
 
 
-def test_a_later_canary_that_sings_first_makes_the_earlier_one_needless() -> None:
+def test_a_later_check_that_passes_first_makes_the_earlier_one_needless() -> None:
     confirmations = Confirmations()
-    early, late = settled(asked(1)), settled(asked(2))
+    early, late = settled(prepared(1)), settled(prepared(2))
     confirmations.answer(early, confirmations.checks)
     first = confirmations.send(1)
     confirmations.answer(late, confirmations.checks)
     second = confirmations.send(1)
     third = confirmations.send(1)
-    assert confirmations.right(second) == Confirmed([early, late], [])
-    assert [confirmations.wants(health) for health in (first, second, third)] == [False, False, True]
+    assert confirmations.passed(second) == Confirmed([early, late], [])
+    assert [confirmations.needs(check) for check in (first, second, third)] == [False, False, True]
 
 
-def test_an_earlier_canary_leaves_the_later_one() -> None:
+def test_an_earlier_check_leaves_the_later_one() -> None:
     confirmations = Confirmations()
-    early, late = settled(asked(1)), settled(asked(2))
+    early, late = settled(prepared(1)), settled(prepared(2))
     confirmations.answer(early, confirmations.checks)
     first = confirmations.send(1)
     confirmations.answer(late, confirmations.checks)
     second = confirmations.send(1)
-    assert confirmations.right(first) == Confirmed([early], [])
-    assert (confirmations.wants(first), confirmations.wants(second)) == (False, True)
-    assert confirmations.right(second) == Confirmed([late], [])
+    assert confirmations.passed(first) == Confirmed([early], [])
+    assert (confirmations.needs(first), confirmations.needs(second)) == (False, True)
+    assert confirmations.passed(second) == Confirmed([late], [])
 
 
-def test_a_canary_without_questions_proves_by_being_sent() -> None:
+def test_a_check_without_questions_confirms_by_being_sent() -> None:
     confirmations = Confirmations()
-    silent = asked(1)
+    silent = prepared(1)
     confirmations.silence(silent, confirmations.checks)
-    assert confirmations.right(confirmations.send(0), 0) == Confirmed([], [silent])
+    assert confirmations.passed(confirmations.send(0), 0) == Confirmed([], [silent])
 
 
-def test_nodes_with_something_left_to_be_proved() -> None:
+def test_nodes_with_unconfirmed_results() -> None:
     confirmations = Confirmations()
     assert confirmations.nodes == set()
-    confirmations.answer(settled(asked(1, 0x11)), confirmations.checks)
-    confirmations.silence(asked(2, 0x12), confirmations.checks)
-    health = confirmations.send(1)
-    confirmations.silence(asked(3, None), confirmations.checks)
+    confirmations.answer(settled(prepared(1, 0x11)), confirmations.checks)
+    confirmations.silence(prepared(2, 0x12), confirmations.checks)
+    check = confirmations.send(1)
+    confirmations.silence(prepared(3, None), confirmations.checks)
     assert confirmations.nodes == {0x11, 0x12, None}
-    confirmations.right(health)
+    confirmations.passed(check)
     assert confirmations.nodes == {None}
 
 
-def test_what_is_cleared_comes_out_and_no_canary_is_wanted() -> None:
+def test_clearing_returns_what_is_unconfirmed_and_no_check_is_needed() -> None:
     confirmations = Confirmations()
-    answered, silent = settled(asked(1)), asked(2)
-    health = confirmations.send(2)
-    confirmations.right(health)
+    answered, silent = settled(prepared(1)), prepared(2)
+    check = confirmations.send(2)
+    confirmations.passed(check)
     confirmations.answer(answered, confirmations.checks)
     confirmations.silence(silent, confirmations.checks)
     assert confirmations.clear() == Confirmed([answered], [silent])
-    assert not confirmations.wants(health)
+    assert not confirmations.needs(check)
     assert not confirmations
     assert confirmations.clear() == NOTHING
-    assert confirmations.send(1) > health
+    assert confirmations.send(1) > check
 
 
 class Run(RuleBasedStateMachine):
-    """Probes and canaries go out, and end in any order; a model knows when each is proved, and by what."""
+    """Send probes and health checks that end in any order; a model knows which check confirms each probe."""
 
     def __init__(self) -> None:
         super().__init__()
         self.confirmations = Confirmations()
         self.probes = 0
-        self.flying: dict[int, int] = {}
-        self.unproved: dict[int, tuple[int, bool]] = {}
+        self.in_flight: dict[int, int] = {}
+        self.unconfirmed: dict[int, tuple[int, bool]] = {}
         self.questions: dict[int, int] = {}
         self.sent_after: dict[int, set[int]] = {}
-        self.came_out: set[int] = set()
-        self.sang = 0
+        self.returned: set[int] = set()
+        self.passed_check = 0
 
-    def check(self, endings: Confirmed) -> None:
-        """Compare what came out with what the model says is proved by now, each in the order of ending."""
-        confirmed = [number for number, (stamp, _) in self.unproved.items() if stamp < self.sang]
-        silent = [number for number in confirmed if self.unproved[number][1]]
-        assert [asked.number for asked in endings.silent] == silent
-        assert [one.asked.number for one in endings.answered] == [n for n in confirmed if n not in silent]
-        assert not self.came_out & set(confirmed), "came out twice"
-        self.came_out.update(confirmed)
+    def check(self, returned: Confirmed) -> None:
+        """Compare what was returned with what the model says is confirmed, each in the order of ending."""
+        confirmed = [number for number, (stamp, _) in self.unconfirmed.items() if stamp < self.passed_check]
+        silent = [number for number in confirmed if self.unconfirmed[number][1]]
+        assert [probe.number for probe in returned.silent] == silent
+        answered = [settled_probe.probe.number for settled_probe in returned.answered]
+        assert answered == [number for number in confirmed if number not in silent]
+        assert not self.returned & set(confirmed), "returned twice"
+        self.returned.update(confirmed)
         for number in confirmed:
-            assert self.sang in self.sent_after, "no canary sang at all"
-            assert number in self.sent_after[self.sang], "proved by a canary sent before it"
-            del self.unproved[number]
+            assert self.passed_check in self.sent_after, "no check passed at all"
+            assert number in self.sent_after[self.passed_check], "confirmed by a check sent before it"
+            del self.unconfirmed[number]
 
     @rule(count=st.integers(1, 4))
     def send_probes(self, count: int) -> None:
         for _ in range(count):
             self.probes += 1
-            self.flying[self.probes] = self.confirmations.checks
+            self.in_flight[self.probes] = self.confirmations.checks
 
-    @precondition(lambda self: self.flying)
+    @precondition(lambda self: self.in_flight)
     @rule(data=st.data(), silent=st.booleans())
     def end_a_probe(self, data: st.DataObject, silent: bool) -> None:
-        number = data.draw(st.sampled_from(sorted(self.flying)))
-        stamp = self.flying.pop(number)
-        self.unproved[number] = (stamp, silent)
-        probe = asked(number, 0x11 + number % 3)
+        number = data.draw(st.sampled_from(sorted(self.in_flight)))
+        stamp = self.in_flight.pop(number)
+        self.unconfirmed[number] = (stamp, silent)
+        probe = prepared(number, 0x11 + number % 3)
         if silent:
             self.check(self.confirmations.silence(probe, stamp))
         else:
             self.check(self.confirmations.answer(settled(probe), stamp))
 
     @rule(questions=st.integers(1, 4))
-    def send_a_canary(self, questions: int) -> None:
-        health = self.confirmations.send(questions)
-        assert health == self.confirmations.checks
-        assert health not in self.sent_after
-        self.questions[health] = questions
-        self.sent_after[health] = set(range(1, self.probes + 1))
+    def send_a_check(self, questions: int) -> None:
+        check = self.confirmations.send(questions)
+        assert check == self.confirmations.checks
+        assert check not in self.sent_after
+        self.questions[check] = questions
+        self.sent_after[check] = set(range(1, self.probes + 1))
 
     @precondition(lambda self: self.questions)
     @rule(data=st.data(), at_once=st.integers(1, 4))
-    def answer_a_canary(self, data: st.DataObject, at_once: int) -> None:
-        health = data.draw(st.sampled_from(sorted(self.questions)))
-        right = min(at_once, self.questions[health])
-        self.questions[health] -= right
-        if not self.questions[health]:
-            self.sang = health
-            self.questions = {number: left for number, left in self.questions.items() if number > health}
-        self.check(self.confirmations.right(health, right))
+    def answer_a_check(self, data: st.DataObject, at_once: int) -> None:
+        check = data.draw(st.sampled_from(sorted(self.questions)))
+        passed = min(at_once, self.questions[check])
+        self.questions[check] -= passed
+        if not self.questions[check]:
+            self.passed_check = check
+            self.questions = {number: left for number, left in self.questions.items() if number > check}
+        self.check(self.confirmations.passed(check, passed))
 
-    @precondition(lambda self: not self.flying)
+    @precondition(lambda self: not self.in_flight)
     @rule()
     def give_up(self) -> None:
-        endings = self.confirmations.clear()
-        left = [asked.number for asked in endings.silent] + [one.asked.number for one in endings.answered]
-        assert sorted(left) == sorted(self.unproved)
-        assert not self.came_out & set(left), "came out twice"
-        self.came_out.update(left)
-        self.unproved.clear()
+        confirmed = self.confirmations.clear()
+        left = [probe.number for probe in confirmed.silent] + [
+            settled_probe.probe.number for settled_probe in confirmed.answered
+        ]
+        assert sorted(left) == sorted(self.unconfirmed)
+        assert not self.returned & set(left), "returned twice"
+        self.returned.update(left)
+        self.unconfirmed.clear()
         self.questions.clear()
 
     @invariant()
     def what_is_left(self) -> None:
-        assert bool(self.confirmations) == bool(self.unproved)
-        assert self.confirmations.nodes == {0x11 + number % 3 for number in self.unproved}
-        open_canaries = {health for health in self.sent_after if self.confirmations.wants(health)}
-        assert open_canaries == set(self.questions)
+        assert bool(self.confirmations) == bool(self.unconfirmed)
+        assert self.confirmations.nodes == {0x11 + number % 3 for number in self.unconfirmed}
+        open_checks = {check for check in self.sent_after if self.confirmations.needs(check)}
+        assert open_checks == set(self.questions)
 
     def teardown(self) -> None:
-        for number in sorted(self.flying):
-            self.unproved[number] = (self.flying.pop(number), True)
-            self.check(self.confirmations.silence(asked(number, 0x11 + number % 3), self.unproved[number][0]))
-        self.send_a_canary(1)
+        for number in sorted(self.in_flight):
+            self.unconfirmed[number] = (self.in_flight.pop(number), True)
+            self.check(
+                self.confirmations.silence(prepared(number, 0x11 + number % 3), self.unconfirmed[number][0])
+            )
+        self.send_a_check(1)
         last = self.confirmations.checks
-        self.sang = last
-        self.check(self.confirmations.right(last))
-        assert self.came_out == set(range(1, self.probes + 1))
+        self.passed_check = last
+        self.check(self.confirmations.passed(last))
+        assert self.returned == set(range(1, self.probes + 1))
         assert not self.confirmations
 
 

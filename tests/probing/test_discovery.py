@@ -24,7 +24,7 @@ def discover(cli: Any, device: str, *options: str) -> tuple[list[dict[str, Any]]
 
 
 @pytest.mark.parametrize("model", ROBOTS)
-def test_all_that_exists_is_found_or_withheld_with_a_reason(cli: Cli, tmp_path: Path, model: str) -> None:
+def test_all_that_exists_is_found_or_blocked_with_a_reason(cli: Cli, tmp_path: Path, model: str) -> None:
     truth, ledger = tmp_path / "truth", tmp_path / "ledger"
     low, high = (0x00, 0x02) if ROBOTS[model].generation is Generation.V1 else (0x10, 0x13)
     device = f"fake:{model}?hidden=8&seed=5&truth={truth}&ledger={ledger}"
@@ -80,7 +80,7 @@ def test_the_differences_lead_the_table(cli: Cli) -> None:
     assert ran.out.index("ghost: claimed") < ran.out.index("get_battery_voltage")
 
 
-def test_lengths_are_tried_where_consent_covers_them(cli: Cli, tmp_path: Path) -> None:
+def test_lengths_are_tried_if_consent_covers_them(cli: Cli, tmp_path: Path) -> None:
     ledger = tmp_path / "ledger"
     device = f"fake:bolt?hidden=12&seed=7&ledger={ledger}"
     _, withheld = discover(cli, device, "--did", "0x18", "--lengths")

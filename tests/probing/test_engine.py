@@ -195,7 +195,7 @@ class SlowOn(FakeTransport):
         self._coming.put_nowait(b"")
 
 
-def test_who_answers_slowly_is_waited_for_at_the_end_as_well() -> None:
+def test_late_answers_are_waited_for_at_the_end_as_well() -> None:
     slow = [(0x13, 0x03), (0x13, 0x17)]
     robot = FakeRobot(parse_settings("bolt"))
     run: list[Engine] = []
@@ -219,7 +219,7 @@ def test_who_answers_slowly_is_waited_for_at_the_end_as_well() -> None:
     assert [found[pair] for pair in slow] == [Outcome.EXISTS, Outcome.EXISTS]
 
 
-def test_silence_is_asked_three_times_before_it_is_called_that() -> None:
+def test_a_silent_probe_is_sent_three_times() -> None:
     outcome = ask("bolt?silent=0x13:0x03", [[Probe(Command(0x13, 0x03)), Probe(Command(0x13, 0x17))]])
     silent = outcome.findings[0x13, 0x03]
     assert (silent.outcome, silent.attempts) == (Outcome.SILENT, 3)
@@ -244,7 +244,7 @@ def test_strictness_is_measured(settings: str, strictness: Strictness) -> None:
     assert {command.risk for command in outcome.executed} == {Risk.READ}
 
 
-def test_a_node_that_is_not_there_is_told_as_such() -> None:
+def test_a_missing_node_is_reported() -> None:
     outcome = ask("bolt-plus", [whole(0x1A, SECONDARY)])
     assert outcome.heading.strictness == {"node 0x12": Strictness.NO_NODE}
     asked = [f for f in outcome.findings.values() if f.outcome is not Outcome.SKIPPED]
@@ -252,7 +252,7 @@ def test_a_node_that_is_not_there_is_told_as_such() -> None:
     assert {finding.note for finding in asked} == {"no such node"}
 
 
-def test_a_masking_robot_proves_nothing_by_a_refused_length() -> None:
+def test_a_masking_robot_proves_nothing_by_a_rejected_length() -> None:
     outcome = ask("bolt?mask=1", [whole(0x13)])
     lengths = [f for f in outcome.findings.values() if f.code_name == "bad data length"]
     assert lengths
@@ -305,7 +305,7 @@ def test_a_stage_that_breaks_names_the_plan() -> None:
         ask("bolt", [[Probe(Command(0x13, 0x03))], broken])
 
 
-def test_exact_payloads_are_sent_as_they_stand() -> None:
+def test_exact_payloads_are_sent_unchanged() -> None:
     outcome = ask("bolt", [[Probe(Command(0x10, 0x00, b"hi")), Probe(Command(0x13, 0x70), exact=True)]])
     echo = outcome.findings[0x10, 0x00].exchange
     assert isinstance(echo, Answered)
@@ -330,7 +330,7 @@ def test_a_lost_link_keeps_what_was_found_and_calls_the_rest_nothing(writes: int
         if finding.outcome is Outcome.EXISTS:
             assert pair in truth
         elif finding.outcome is Outcome.INCONCLUSIVE:
-            assert finding.note == "the link was lost before it was settled"
+            assert finding.note == "the link was lost before this was settled"
         else:
             assert finding.outcome in (Outcome.ABSENT, Outcome.SKIPPED)
 
@@ -342,12 +342,12 @@ def test_stopping_sends_nothing_more_and_says_so() -> None:
     assert outcome.lost is None
 
 
-def test_a_robot_that_answers_nothing_is_told_as_such() -> None:
+def test_a_robot_that_answers_nothing_is_reported() -> None:
     with pytest.raises(NoAnswerError, match=r"first answer: .* answers nothing"):
         ask("bolt?loss=1", [whole(0x13)])
 
 
-def test_stopping_while_the_robot_is_called_on_does_not_wait_for_it() -> None:
+def test_stopping_during_the_introduction_does_not_wait_for_the_robot() -> None:
     robot = FakeRobot(parse_settings("bolt?loss=1"))
     times = []
 
@@ -372,7 +372,7 @@ def test_stopped_before_a_silent_probe_was_repeated_is_inconclusive() -> None:
     outcome = ask("bolt?silent=0x13:0x03&latency=20ms", [probes], stop_after=1)
     silent = outcome.findings[0x13, 0x03]
     assert silent.outcome is Outcome.INCONCLUSIVE
-    assert silent.note == "stopped before it was asked again"
+    assert silent.note == "stopped before this was sent again"
 
 
 def test_what_may_have_been_executed_is_not_repeated() -> None:

@@ -1,4 +1,4 @@
-"""What is in flight, on a virtual clock: things end in every order, while somebody waits or nobody does."""
+"""Items in flight, on a virtual clock: they end in every order, with and without a waiting call."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -27,7 +27,7 @@ def after(
     *,
     sent: int = 1,
 ) -> Ask:
-    """Ask something: it goes out so many times at once, and ends after some seconds."""
+    """Return an ask that sends so many times at once, and ends after some seconds."""
 
     async def ask(before_sending: Callable[[], None]) -> str:
         for _ in range(sent):
@@ -56,52 +56,57 @@ def items(ended: list[Ended[Any, Any]]) -> list[Any]:
     return [end.item for end in ended]
 
 
-def test_what_ends_comes_out_in_order() -> None:
+def test_items_are_returned_in_order_of_ending() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         for item, seconds in (("a", 3.0), ("b", 1.0), ("c", 2.0)):
-            flying.start(item, after(seconds, item.upper()))
-        assert flying.items == ["a", "b", "c"]
-        assert await flying.some() == [Ended("b", 0, "B")]
+            in_flight.start(item, after(seconds, item.upper()))
+        assert in_flight.items == ["a", "b", "c"]
+        assert await in_flight.wait_any() == [Ended("b", 0, "B")]
         assert asyncio.get_running_loop().time() == 1.0
-        assert flying.items == ["a", "c"]
-        assert await flying.all() == [Ended("c", 0, "C"), Ended("a", 0, "A")]
-        assert (len(flying), flying.items, await flying.some(), await flying.all()) == (0, [], [], [])
+        assert in_flight.items == ["a", "c"]
+        assert await in_flight.wait_all() == [Ended("c", 0, "C"), Ended("a", 0, "A")]
+        assert (len(in_flight), in_flight.items, await in_flight.wait_any(), await in_flight.wait_all()) == (
+            0,
+            [],
+            [],
+            [],
+        )
 
     run(scenario())
 
 
-def test_what_ended_while_nobody_waited_comes_out_at_once() -> None:
+def test_items_that_ended_unwatched_are_returned_at_once() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         for item in range(5):
-            flying.start(item, after(5.0 - item))
+            in_flight.start(item, after(5.0 - item))
         await asyncio.sleep(3.5)
-        assert len(flying) == 5
-        assert flying.items == [0, 1]
-        assert items(await flying.some()) == [4, 3, 2]
+        assert len(in_flight) == 5
+        assert in_flight.items == [0, 1]
+        assert items(await in_flight.wait_any()) == [4, 3, 2]
         assert asyncio.get_running_loop().time() == 3.5
-        assert len(flying) == 2
-        assert items(await flying.all()) == [1, 0]
+        assert len(in_flight) == 2
+        assert items(await in_flight.wait_all()) == [1, 0]
 
     run(scenario())
 
 
 def test_all_waits_for_what_was_started_meanwhile() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
-        flying.start("first", after(1.0))
-        waiting = asyncio.create_task(flying.all())
+        in_flight = in_flight_probes()
+        in_flight.start("first", after(1.0))
+        waiting = asyncio.create_task(in_flight.wait_all())
         await asyncio.sleep(0.5)
-        flying.start("second", after(1.0))
+        in_flight.start("second", after(1.0))
         assert items(await waiting) == ["first", "second"]
 
     run(scenario())
 
 
-def test_how_many_have_not_gone_out() -> None:
+def test_how_many_were_not_sent_yet() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         gate = asyncio.Event()
 
         async def ask(before_sending: Callable[[], None]) -> None:
@@ -113,19 +118,19 @@ def test_how_many_have_not_gone_out() -> None:
         async def never_sent(before_sending: Callable[[], None]) -> None:
             await asyncio.sleep(0.5)
 
-        flying.start(1, ask)
-        flying.start(2, ask)
-        flying.start(3, never_sent)
-        assert flying.waiting == 3
+        in_flight.start(1, ask)
+        in_flight.start(2, ask)
+        in_flight.start(3, never_sent)
+        assert in_flight.waiting == 3
         await asyncio.sleep(0.25)
-        assert flying.waiting == 3
-        await flying.some()
-        assert flying.waiting == 2
+        assert in_flight.waiting == 3
+        await in_flight.wait_any()
+        assert in_flight.waiting == 2
         gate.set()
         await asyncio.sleep(0.25)
-        assert (flying.waiting, len(flying)) == (0, 2)
-        await flying.all()
-        assert flying.waiting == 0
+        assert (in_flight.waiting, len(in_flight)) == (0, 2)
+        await in_flight.wait_all()
+        assert in_flight.waiting == 0
 
     run(scenario())
 
@@ -142,7 +147,7 @@ def test_how_many_have_not_gone_out() -> None:
 @pytest.mark.parametrize("answer", ["answer", LinkLostError("gone")])
 def test_what_an_end_is_stamped_with(times: int, stamp: int | None, answer: LinkLostError | str) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes(lambda: int(asyncio.get_running_loop().time()))
+        in_flight = in_flight_probes(lambda: int(asyncio.get_running_loop().time()))
 
         async def ask(before_sending: Callable[[], None]) -> str:
             for _ in range(times):
@@ -153,63 +158,63 @@ def test_what_an_end_is_stamped_with(times: int, stamp: int | None, answer: Link
             return answer
 
         await asyncio.sleep(10.0)
-        flying.start("thing", ask)
-        assert await flying.some() == [Ended("thing", stamp, answer)]
+        in_flight.start("thing", ask)
+        assert await in_flight.wait_any() == [Ended("thing", stamp, answer)]
 
     run(scenario())
 
 
 def test_a_lost_line_is_a_way_to_end() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         lost = LinkLostError("torn off")
-        flying.start("sent", after(1.0, lost))
-        flying.start("not sent", after(1.5, lost, sent=0))
-        flying.start("answered", after(0.5))
-        assert await flying.all() == [
+        in_flight.start("sent", after(1.0, lost))
+        in_flight.start("not sent", after(1.5, lost, sent=0))
+        in_flight.start("answered", after(0.5))
+        assert await in_flight.wait_all() == [
             Ended("answered", 0, "answer"),
             Ended("sent", 0, lost),
             Ended("not sent", None, lost),
         ]
-        assert flying.waiting == 0
+        assert in_flight.waiting == 0
 
     run(scenario())
 
 
-@pytest.mark.parametrize("way", [InFlight.some, InFlight.all])
-def test_any_other_error_comes_out_where_somebody_looks(way: Way) -> None:
+@pytest.mark.parametrize("way", [InFlight.wait_any, InFlight.wait_all])
+def test_any_other_error_is_raised_on_collecting(way: Way) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
-        flying.start("good", after(0.25))
-        flying.start("first", after(0.5, ZeroDivisionError("first")))
-        flying.start("second", after(0.75, ValueError("second")))
-        flying.start("slow", after(5.0))
+        in_flight = in_flight_probes()
+        in_flight.start("good", after(0.25))
+        in_flight.start("first", after(0.5, ZeroDivisionError("first")))
+        in_flight.start("second", after(0.75, ValueError("second")))
+        in_flight.start("slow", after(5.0))
         await asyncio.sleep(1.0)
         with pytest.raises(ZeroDivisionError, match="first"):
-            await way(flying)
-        await flying.close()
-        assert flying.items == []
+            await way(in_flight)
+        await in_flight.close()
+        assert in_flight.items == []
 
     run(scenario())
 
 
-def test_an_error_wakes_whoever_waits() -> None:
+def test_an_error_wakes_a_waiting_call() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
-        flying.start("bad", after(0.5, ZeroDivisionError()))
-        flying.start("slow", after(5.0))
+        in_flight = in_flight_probes()
+        in_flight.start("bad", after(0.5, ZeroDivisionError()))
+        in_flight.start("slow", after(5.0))
         with pytest.raises(ZeroDivisionError):
-            await flying.some()
+            await in_flight.wait_any()
         assert asyncio.get_running_loop().time() == 0.5
-        await flying.close()
+        await in_flight.close()
 
     run(scenario())
 
 
 @pytest.mark.parametrize("turns", range(4))
-def test_closing_gives_everything_up(turns: int) -> None:
+def test_closing_cancels_everything(turns: int) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         cancelled = []
 
         async def ask(before_sending: Callable[[], None]) -> None:
@@ -221,59 +226,59 @@ def test_closing_gives_everything_up(turns: int) -> None:
                 raise
 
         for item in range(3):
-            flying.start(item, ask)
-        flying.start("not sent", after(1.0, sent=0))
+            in_flight.start(item, ask)
+        in_flight.start("not sent", after(1.0, sent=0))
         for _ in range(turns):
             await asyncio.sleep(0)
-        await flying.close()
+        await in_flight.close()
         assert cancelled == ["sent"] * (3 if turns else 0)
-        assert (len(flying), flying.waiting, flying.items) == (0, 0, [])
-        assert await flying.some() == await flying.all() == []
-        await flying.close()
-        flying.start("again", after(1.0))
-        assert items(await flying.some()) == ["again"]
+        assert (len(in_flight), in_flight.waiting, in_flight.items) == (0, 0, [])
+        assert await in_flight.wait_any() == await in_flight.wait_all() == []
+        await in_flight.close()
+        in_flight.start("again", after(1.0))
+        assert items(await in_flight.wait_any()) == ["again"]
 
     run(scenario())
 
 
 @pytest.mark.parametrize("turns", range(4))
-@pytest.mark.parametrize("way", [InFlight.some, InFlight.all])
+@pytest.mark.parametrize("way", [InFlight.wait_any, InFlight.wait_all])
 def test_closing_ends_the_waiting(way: Way, turns: int) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
-        flying.start("thing", after(1.0))
-        waiting = asyncio.create_task(way(flying))
+        in_flight = in_flight_probes()
+        in_flight.start("thing", after(1.0))
+        waiting = asyncio.create_task(way(in_flight))
         for _ in range(turns):
             await asyncio.sleep(0)
-        await flying.close()
+        await in_flight.close()
         assert await waiting == []
         assert asyncio.get_running_loop().time() == 0.0
 
     run(scenario())
 
 
-def test_a_task_that_gives_itself_up_ends_the_waiting() -> None:
+def test_a_task_that_cancels_itself_ends_the_waiting() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
-        flying.start("given up", after(0.5, asyncio.CancelledError()))
-        assert await flying.some() == []
-        assert (len(flying), flying.waiting) == (0, 0)
+        in_flight = in_flight_probes()
+        in_flight.start("given up", after(0.5, asyncio.CancelledError()))
+        assert await in_flight.wait_any() == []
+        assert (len(in_flight), in_flight.waiting) == (0, 0)
 
     run(scenario())
 
 
-def test_who_stops_waiting_loses_nothing() -> None:
+def test_a_cancelled_wait_loses_nothing() -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         for item in range(3):
-            flying.start(item, after(1.0 + item))
-        for way in (flying.some, flying.all):
+            in_flight.start(item, after(1.0 + item))
+        for way in (in_flight.wait_any, in_flight.wait_all):
             hasty = asyncio.create_task(way())
             await asyncio.sleep(0.25)
             hasty.cancel()
             await asyncio.gather(hasty, return_exceptions=True)
             assert hasty.cancelled()
-        assert items(await flying.all()) == [0, 1, 2]
+        assert items(await in_flight.wait_all()) == [0, 1, 2]
 
     run(scenario())
 
@@ -285,23 +290,23 @@ def test_who_stops_waiting_loses_nothing() -> None:
 )
 def test_nothing_is_lost_and_nothing_comes_twice(turns: list[int], pauses: list[int], more: int) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         for item, count in enumerate(turns):
-            flying.start(item, steps(count, answer=-item))
+            in_flight.start(item, steps(count, answer=-item))
         seen, looks, started = [], 0, len(turns)
-        while flying:
+        while in_flight:
             for _ in range(pauses[looks % len(pauses)]):
                 await asyncio.sleep(0)
-            ended = await flying.some()
+            ended = await in_flight.wait_any()
             if ended and looks < more:  # what is answered leads to the next question
-                flying.start(started, steps(looks, answer=-started))
+                in_flight.start(started, steps(looks, answer=-started))
                 started += 1
             looks += 1
             seen += ended
         assert sorted(items(seen)) == list(range(started))
         assert [end.answer for end in seen] == [-end.item for end in seen]
-        assert flying.waiting == 0
-        assert await flying.some() == []
+        assert in_flight.waiting == 0
+        assert await in_flight.wait_any() == []
 
     run(scenario())
 
@@ -309,13 +314,13 @@ def test_nothing_is_lost_and_nothing_comes_twice(turns: list[int], pauses: list[
 @given(st.lists(st.integers(0, 5), max_size=8))
 def test_all_leaves_nothing(turns: list[int]) -> None:
     async def scenario() -> None:
-        flying = in_flight_probes()
+        in_flight = in_flight_probes()
         for item, count in enumerate(turns):
-            flying.start(item, steps(count))
-        seen = items(await flying.all())
+            in_flight.start(item, steps(count))
+        seen = items(await in_flight.wait_all())
         assert sorted(seen) == list(range(len(turns)))
         assert seen == sorted(seen, key=lambda item: turns[item])
-        assert len(flying) == 0
+        assert len(in_flight) == 0
 
     run(scenario())
 
@@ -333,7 +338,7 @@ def test_together() -> None:
     run(scenario())
 
 
-def test_together_one_error_gives_up_the_others() -> None:
+def test_together_one_error_cancels_the_others() -> None:
     ended = []
 
     async def ask(seconds: float, error: LinkLostError | ValueError | None = None) -> None:
@@ -355,7 +360,7 @@ def test_together_one_error_gives_up_the_others() -> None:
     run(scenario())
 
 
-def test_together_is_given_up_as_one() -> None:
+def test_together_is_cancelled_as_one() -> None:
     ended = []
 
     async def ask(seconds: float) -> None:

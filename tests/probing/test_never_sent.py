@@ -1,4 +1,4 @@
-"""Commands that only a header names, or that nobody understands, stay unsent unless somebody allows them."""
+"""Commands that only a header names, or whose meaning is unknown, are not sent unless they are allowed."""
 
 from typing import Final
 
@@ -24,7 +24,7 @@ MAKERS_NAMES: Final = {
 UNKNOWN_ON_MINI: Final = {(0x13, 0x1E)}
 
 
-class Overheard(FakeRobot):
+class RecordingRobot(FakeRobot):
     """A fake robot that keeps what reaches it."""
 
     heard = b""
@@ -36,7 +36,7 @@ class Overheard(FakeRobot):
 
 def swept(settings: str, dids: tuple[int, ...]) -> tuple[set[tuple[int, int]], list[Finding]]:
     """Sweep devices with the usual consent; return the pairs that reached the robot, and the findings."""
-    robot = Overheard(parse_settings(settings))
+    robot = RecordingRobot(parse_settings(settings))
     codec = CODECS[robot.model.generation]
     policy = Policy(codec.generation, robot.model, Consent(), (robot.name,))
     target = 0x11 if robot.model.addressed else None
@@ -72,7 +72,7 @@ def test_a_default_sweep_of_their_devices_does_not_send_them(
     assert all(skipped[pair].knowledge for pair in never)
     if settings != "mini":
         between = {(0x02, cid) for cid in (0x6F, 0x70, 0x74, 0x76, 0x77, 0x8E, 0x91, 0x92, 0xEE, 0xEF, 0xF3)}
-        assert not between & pairs  # an unknown neighbour of what erases takes its class
+        assert not between & pairs  # an unknown neighbour of an erasing command gets its class
 
 
 @pytest.mark.parametrize(
@@ -82,9 +82,7 @@ def test_a_default_sweep_of_their_devices_does_not_send_them(
         pytest.param("mini", (0x13,), UNKNOWN_ON_MINI, id="Mini"),
     ],
 )
-def test_a_dry_run_withholds_them_too(
-    settings: str, dids: tuple[int, ...], never: set[tuple[int, int]]
-) -> None:
+def test_a_dry_run_blocks_them_too(settings: str, dids: tuple[int, ...], never: set[tuple[int, int]]) -> None:
     model = parse_settings(settings).model
     plan = Plan("sweep", "", [list(sweep(dids, range(0x100)))])
     planned = {

@@ -45,7 +45,7 @@ def random_robot(chance: random.Random) -> str:
         "queue": chance.choice(("2", "2&overflow=busy")),
     }
     if trouble["reboot_on"] == "0x13:0x0d":
-        del trouble["reboot_on"]  # it would reboot whenever it is woken: nobody can talk to that one
+        del trouble["reboot_on"]  # it would reboot each time it is woken, and answer nothing
     keys |= {key: trouble[key] for key in chance.sample(sorted(trouble), chance.randrange(4))}
     return f"{chance.choice(MODELS)}?" + "&".join(f"{key}={value}" for key, value in keys.items())
 

@@ -1,4 +1,4 @@
-"""Plan files: what a good one gives, and that of a bad one nothing gets out but a line that says where."""
+"""Plan files: what a good one gives, and that a bad one raises one error that names the line."""
 
 import itertools
 import signal
@@ -125,10 +125,10 @@ BROKEN = [
     pytest.param("  x = 1  # here", "unexpected indent", id="indented"),
     pytest.param("\nPLAN = (  # here", "never closed", id="not closed"),
     pytest.param("exec('x y')  # here", "invalid syntax", id="runs what is no Python"),
-    pytest.param("x = 1", "leaves no PLAN behind", id="no plan"),
-    pytest.param("PLAN = None", "leaves no PLAN behind", id="None"),
-    pytest.param("plan = Plan('a', 'b', [])", "leaves no PLAN behind", id="small letters"),
-    pytest.param("PLAN = 3", "leaves PLAN = 3, not a Plan", id="number"),
+    pytest.param("x = 1", "defines no PLAN", id="no plan"),
+    pytest.param("PLAN = None", "defines no PLAN", id="None"),
+    pytest.param("plan = Plan('a', 'b', [])", "defines no PLAN", id="small letters"),
+    pytest.param("PLAN = 3", "PLAN is 3, not a Plan", id="number"),
     pytest.param("PLAN = [Probe(Command(1, 2))]", "not a Plan", id="list of probes"),
     pytest.param("PLAN = Plan", "not a Plan", id="class"),
     pytest.param("PLAN = 'x' * 100", "...", id="long text"),
@@ -138,13 +138,15 @@ BROKEN = [
         id="cannot be shown",
     ),
     pytest.param(f"{LEAVES_WHEN_SHOWN}PLAN = Shy()", "not a Plan", id="exits when shown"),
-    pytest.param("PLAN = Plan(1, 'b', [])", "are texts", id="name is a number"),
-    pytest.param("PLAN = Plan('a', None, [])", "are texts", id="no summary"),
-    pytest.param("PLAN = Plan('a', 'b', 3)", "stages are a list", id="stages are a number"),
-    pytest.param("PLAN = Plan('a', 'b', None)", "stages are a list", id="no stages"),
-    pytest.param("PLAN = Plan('a', 'b', 'cd')", "stages are a list", id="stages are a text"),
-    pytest.param("PLAN = Plan('a', 'b', {1: 2})", "stages are a list", id="stages are a mapping"),
-    pytest.param("PLAN = Plan('a', 'b', sweep([1], [2]))", "stages are a list", id="stages are an iterator"),
+    pytest.param("PLAN = Plan(1, 'b', [])", "must be texts", id="name is a number"),
+    pytest.param("PLAN = Plan('a', None, [])", "must be texts", id="no summary"),
+    pytest.param("PLAN = Plan('a', 'b', 3)", "stages must be a list", id="stages are a number"),
+    pytest.param("PLAN = Plan('a', 'b', None)", "stages must be a list", id="no stages"),
+    pytest.param("PLAN = Plan('a', 'b', 'cd')", "stages must be a list", id="stages are a text"),
+    pytest.param("PLAN = Plan('a', 'b', {1: 2})", "stages must be a list", id="stages are a mapping"),
+    pytest.param(
+        "PLAN = Plan('a', 'b', sweep([1], [2]))", "stages must be a list", id="stages are an iterator"
+    ),
     pytest.param(f"PLAN = Plan('a', 'b', [[]] * {MAX_STAGES + 1})", "at most", id="too many stages"),
     pytest.param("PLAN = Plan('a', 'b', [3])", "a stage is 3", id="a stage is a number"),
     pytest.param("PLAN = Plan('a', 'b', [None])", "a stage is None", id="a stage is None"),
@@ -216,7 +218,7 @@ def test_an_object_that_takes_for_ever_to_show_itself(write: Write) -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        pytest.param(b"", "leaves no PLAN behind", id="empty"),
+        pytest.param(b"", "defines no PLAN", id="empty"),
         pytest.param(b"\x00\x01\x02", "null bytes", id="zeros"),
         pytest.param(b"PLAN = 1\x00", "null bytes", id="zero at the end"),
         pytest.param(b"\xff\xfe\x8d\xd8", "utf-8", id="no text"),
@@ -443,17 +445,17 @@ def test_sweeping() -> None:
 EACH_SHIPPED = pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in PLANS])
 
 
-def test_the_shelf() -> None:
+def test_shipped_plans_are_listed() -> None:
     assert plans_folder().is_dir()
     assert len(PLANS) >= 3
     assert sorted(PLANS) == PLANS
     assert all(path.parent == plans_folder() and path.suffix == ".py" for path in PLANS)
 
 
-def test_the_shelf_of_an_installed_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from sphero_probe.probing.plans import shipped as shelf_module
+def test_the_plans_folder_of_an_installed_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from sphero_probe.probing.plans import shipped as shipped_module
 
-    monkeypatch.setattr(shelf_module, "_PACKAGE", tmp_path / "sphero_probe")
+    monkeypatch.setattr(shipped_module, "_PACKAGE", tmp_path / "sphero_probe")
     assert plans_folder() == tmp_path / "probe_plans"
     assert plan_files() == []
     installed = tmp_path / "sphero_probe" / "probe_plans"

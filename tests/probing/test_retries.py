@@ -1,4 +1,4 @@
-"""How often silence is asked again, and what it is called in the end: losses in, words out."""
+"""How often a silent probe is sent again, and what its silence proves in the end."""
 
 from collections.abc import Sequence
 from math import ceil, log
@@ -32,7 +32,7 @@ SILENT = Silent(COMMAND, 7, b"sent", 1.0)
 ANSWERED = Answered(COMMAND, 7, b"sent", Response(7, 0x00, b"", 0x13, 0x10), b"received", 2.0)
 
 
-def asked(risk: Risk = Risk.PROBE) -> PreparedProbe:
+def prepared(risk: Risk = Risk.PROBE) -> PreparedProbe:
     return PreparedProbe(1, COMMAND, risk, None, "")
 
 
@@ -53,17 +53,17 @@ def test_before_anything_is_known() -> None:
     assert loss(probes=1000).attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 1 / _DOUBT))
 
 
-def test_a_line_that_loses_nothing() -> None:
+def test_a_link_that_loses_nothing() -> None:
     assert loss([1] * 10_000, probes=1).attempts_wanted == LEAST_ATTEMPTS
 
 
-def test_a_line_that_loses_half() -> None:
-    """Half of all lost: each attempt halves the doubt, and 1000 probes want a thousandth of a thousandth."""
+def test_a_link_that_loses_half() -> None:
+    """Half are lost: each attempt halves the doubt, and 1000 probes need a millionth."""
     lossy = loss([2] * 10_000, probes=1000)
     assert lossy.attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 0.5))
 
 
-def test_a_line_that_loses_nearly_everything_is_beyond_reason() -> None:
+def test_a_link_that_loses_nearly_everything_wants_too_many_attempts() -> None:
     assert loss([12] * 1000, probes=1000).attempts_wanted > MOST_ATTEMPTS
 
 
@@ -96,7 +96,7 @@ def test_the_more_probes_the_more_attempts_are_wanted(learned: list[int], some: 
 
 @given(st.integers(0, 90), st.integers(1, 20_000))
 def test_as_many_attempts_as_make_false_silences_rare(percent_lost: int, probes: int) -> None:
-    """The reason for it all: of commands that are answered, hardly one is silent so often in a whole run."""
+    """Of commands that are answered, hardly one is silent that often in a whole run."""
     answered, lost = 10_000, round(10_000 * percent_lost / (100 - percent_lost))
     each, over = divmod(lost, answered)
     wanted = loss([each + 1] * (answered - over) + [each + 2] * over, probes).attempts_wanted
@@ -107,19 +107,19 @@ def test_as_many_attempts_as_make_false_silences_rare(percent_lost: int, probes:
 
 
 @given(ATTEMPTS, PROBES, st.integers(0, 20), st.integers(1, 20))
-def test_when_asking_again_tells_nothing_new(
+def test_when_sending_again_proves_nothing_new(
     learned: list[int], probes: int, confirmed: int, attempts: int
 ) -> None:
     known = loss(learned, probes)
-    unanswered = SilentProbe(asked(), SILENT, attempts, confirmed)
+    unanswered = SilentProbe(prepared(), SILENT, attempts, confirmed)
     enough = confirmed >= known.attempts_wanted
     assert unanswered.is_final(known) == (enough or attempts >= MOST_ATTEMPTS)
-    word = unanswered.last_word(known, "")
-    assert word == SettledProbe(asked(), ProbeResult(SILENT, attempts), "" if enough else LOSSY)
+    word = unanswered.settle(known, "")
+    assert word == SettledProbe(prepared(), ProbeResult(SILENT, attempts), "" if enough else LOSSY)
 
 
 SURE, UNSURE = 1000, 0
-"""Silences proved: more than any line wants, and fewer."""
+"""Confirmed silences: more than any link needs, and fewer."""
 
 
 @pytest.mark.parametrize(
@@ -128,8 +128,8 @@ SURE, UNSURE = 1000, 0
         pytest.param(SURE, Risk.PROBE, "", "", "", id="silent"),
         pytest.param(SURE, Risk.PROBE, "", STOPPED, "", id="silent, then stopped"),
         pytest.param(SURE, Risk.MOTION, "", "", "", id="silent, whatever its class"),
-        pytest.param(UNSURE, Risk.READ, "", "", LOSSY, id="asked too seldom"),
-        pytest.param(UNSURE, Risk.WRITE, "", "", LOSSY, id="asked too seldom, may be repeated"),
+        pytest.param(UNSURE, Risk.READ, "", "", LOSSY, id="sent too seldom"),
+        pytest.param(UNSURE, Risk.WRITE, "", "", LOSSY, id="sent too seldom, may be repeated"),
         pytest.param(UNSURE, Risk.MOTION, "", "", ONCE, id="must not be repeated"),
         pytest.param(UNSURE, Risk.MOTION, "", STOPPED, STOPPED, id="stopped, must not be repeated"),
         pytest.param(UNSURE, Risk.READ, "", STOPPED, STOPPED, id="stopped"),
@@ -137,22 +137,22 @@ SURE, UNSURE = 1000, 0
         pytest.param(SURE, Risk.READ, NOT_ITSELF, "", NOT_ITSELF, id="given up"),
     ],
 )
-def test_the_last_word(confirmed: int, risk: Risk, doubt: str, interrupted: str, word: str) -> None:
-    unanswered = SilentProbe(asked(risk), SILENT, 3, confirmed, None, doubt)
-    assert unanswered.last_word(loss(), interrupted) == SettledProbe(
-        asked(risk), ProbeResult(SILENT, 3), word
+def test_how_a_silent_probe_ends(confirmed: int, risk: Risk, doubt: str, interrupted: str, word: str) -> None:
+    unanswered = SilentProbe(prepared(risk), SILENT, 3, confirmed, None, doubt)
+    assert unanswered.settle(loss(), interrupted) == SettledProbe(
+        prepared(risk), ProbeResult(SILENT, 3), word
     )
 
 
 @pytest.mark.parametrize("confirmed", [SURE, UNSURE])
 @pytest.mark.parametrize("doubt", ["", NOT_ITSELF])
 @pytest.mark.parametrize("interrupted", ["", STOPPED])
-def test_a_belated_answer_is_the_last_word(confirmed: int, doubt: str, interrupted: str) -> None:
-    unanswered = SilentProbe(asked(), SILENT, 3, confirmed, ANSWERED, doubt)
-    assert unanswered.last_word(loss(), interrupted) == SettledProbe(asked(), ProbeResult(ANSWERED, 3))
+def test_a_late_answer_settles_the_probe(confirmed: int, doubt: str, interrupted: str) -> None:
+    unanswered = SilentProbe(prepared(), SILENT, 3, confirmed, ANSWERED, doubt)
+    assert unanswered.settle(loss(), interrupted) == SettledProbe(prepared(), ProbeResult(ANSWERED, 3))
 
 
 def test_a_probe_of_which_nothing_is_known() -> None:
-    probe = asked()
+    probe = prepared()
     assert silence(probe) == Silent(COMMAND, 0, b"", 0.0)
     assert no_result(probe, 2) == ProbeResult(silence(probe), 2)

@@ -67,7 +67,7 @@ def test_bolt_plus_shows_bad_target_for_node_0x12(cli: Cli, device: str, matrix:
     asked = [finding for finding in primary if finding["outcome"] != "skipped"]
     assert {finding["outcome"] for finding in asked if finding in on_matrix} == matrix
     assert {finding["outcome"] for finding in asked if finding not in on_matrix} == {"exists"}
-    assert all("not asked" in finding["note"] for finding in primary if finding["outcome"] == "skipped")
+    assert all("not sent" in finding["note"] for finding in primary if finding["outcome"] == "skipped")
 
 
 def test_self_description_asks_about_what_the_robot_claims(cli: Cli, tmp_path: Path) -> None:

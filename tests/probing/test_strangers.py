@@ -1,4 +1,4 @@
-"""Robots that nobody modelled: a run on each is harmless, true, and ends, or is a known failure."""
+"""Robots that the project does not model: a run is harmless, true, and ends, or is a known failure."""
 
 import ast
 import sys

@@ -1,4 +1,4 @@
-"""Journals from before notes had the keys of a packet are read and reported as they are."""
+"""Journals written before notes had the keys of a packet are read and reported unchanged."""
 
 import json
 from pathlib import Path

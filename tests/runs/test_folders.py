@@ -85,11 +85,11 @@ def test_runs_in_the_former_folder_are_found_on_macos(mac_home: Path, cli: Cli) 
 
 
 def test_without_a_home_nothing_is_kept(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def nobody(_number: int) -> None:
+    def no_user(_number: int) -> None:
         raise KeyError
 
     monkeypatch.delenv("HOME")
-    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    monkeypatch.setattr(pwd, "getpwuid", no_user)
     assert home
     with pytest.raises(OutputError, match="home"):
         runs_folder()

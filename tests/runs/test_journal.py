@@ -1,4 +1,4 @@
-"""Journals: whatever cuts a run off, going on with it gives what an uninterrupted run gives."""
+"""Journals: however a run is cut off, resuming it gives what an uninterrupted run gives."""
 
 import json
 import os
@@ -62,7 +62,7 @@ def ask(
     kill_after: int | None = None,
     unplug_after: int | None = None,
 ) -> Ran:
-    """Engine a plan with a journal, from the start or from where the journal ends."""
+    """Run a plan with a journal, from the start or from where the journal ends."""
     executed: list[Executed] = []
     records: list[Record] = []
     robot = FakeRobot(parse_settings(settings), on_execute=executed.append)
@@ -140,10 +140,10 @@ def check_resumed(path: Path, held: bytes, whole: Ran, settings: str = "bolt?sil
     assert said(after.findings) == said(whole.findings)
     assert said(resumed.findings) == said(whole.findings)
     assert after.complete
-    assert path.read_bytes().startswith(held[: before.whole])
+    assert path.read_bytes().startswith(held[: before.valid_bytes])
     again = [
         entry["number"]
-        for entry in map(json.loads, filter(None, path.read_bytes()[before.whole :].splitlines()))
+        for entry in map(json.loads, filter(None, path.read_bytes()[before.valid_bytes :].splitlines()))
         if entry["type"] == "intent"
     ]
     assert not answered.keys() & set(again)
@@ -154,7 +154,7 @@ def in_order(records: Iterable[Record]) -> list[Record]:
     return sorted(records, key=lambda one: (type(one).__name__, getattr(one, "number", 0), str(one[1:2])))
 
 
-def test_a_journal_tells_the_run_again(tmp_path: Path) -> None:
+def test_a_journal_reads_as_the_run_it_recorded(tmp_path: Path) -> None:
     for settings in REPORTED:
         path = tmp_path / f"{settings[:3]}{len(settings)}.jsonl"
         ran = ask(settings, SMALL, path)
@@ -293,7 +293,7 @@ def test_only_one_run_writes_a_journal(recording: tuple[bytes, Ran], tmp_path: P
 def test_nothing_is_overwritten_and_nothing_empty_is_left(tmp_path: Path) -> None:
     full, empty = tmp_path / "full", tmp_path / "empty"
     full.write_text("mine")
-    with pytest.raises(OutputError, match="holds something"):
+    with pytest.raises(OutputError, match="is not empty"):
         Journal.create(full)
     assert full.read_text() == "mine"
     Journal.create(empty).close()
@@ -323,7 +323,7 @@ def test_a_full_disk_ends_the_run_and_what_is_there_goes_on(
     assert said(resumed.findings) == said(whole.findings)
 
 
-def test_another_robot_or_firmware_is_refused_before_a_probe_is_sent(tmp_path: Path) -> None:
+def test_another_robot_or_firmware_ends_the_run_before_a_probe_is_sent(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     ask("bolt", SMALL, path, kill_after=9)
     held = path.read_bytes()
@@ -397,18 +397,20 @@ def test_a_changed_field_is_told_or_harmless(recording: tuple[bytes, Ran], data:
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        pytest.param(lambda line: {**line, "number": 0}, "number is no number", id="number-0"),
-        pytest.param(lambda line: {**line, "number": True}, "number is no number", id="number-true"),
-        pytest.param(lambda line: {**line, "did": 256}, "did is no number", id="did-256"),
+        pytest.param(lambda line: {**line, "number": 0}, "number is not a number", id="number-0"),
+        pytest.param(lambda line: {**line, "number": True}, "number is not a number", id="number-true"),
+        pytest.param(lambda line: {**line, "did": 256}, "did is not a number", id="did-256"),
         pytest.param(lambda line: {**line, "payload": "0"}, "payload is not hexadecimal", id="odd-hex"),
         pytest.param(lambda line: {**line, "payload": "0 0"}, "payload is not hexadecimal", id="blanks"),
-        pytest.param(lambda line: {**line, "received": "8d"}, "received is no answer", id="half-answer"),
-        pytest.param(lambda line: {**line, "outcome": "maybe"}, "outcome is none of", id="outcome"),
-        pytest.param(lambda line: {**line, "risk": "PROBE"}, "risk is none of", id="risk"),
-        pytest.param(lambda line: {**line, "seconds": -1}, "no length of time", id="negative-time"),
-        pytest.param(lambda line: {**line, "note": "x" * 70000}, "note is no text", id="long-note"),
-        pytest.param(lambda line: {**line, "type": "eval"}, "not known", id="type"),
-        pytest.param(lambda line: {**line, "exchange": {}}, "exchange is none of", id="exchange"),
+        pytest.param(
+            lambda line: {**line, "received": "8d"}, "received is not one response", id="half-answer"
+        ),
+        pytest.param(lambda line: {**line, "outcome": "maybe"}, "outcome is not one of", id="outcome"),
+        pytest.param(lambda line: {**line, "risk": "PROBE"}, "risk is not one of", id="risk"),
+        pytest.param(lambda line: {**line, "seconds": -1}, "not a duration", id="negative-time"),
+        pytest.param(lambda line: {**line, "note": "x" * 70000}, "note is not a text", id="long-note"),
+        pytest.param(lambda line: {**line, "type": "eval"}, "unknown type", id="type"),
+        pytest.param(lambda line: {**line, "exchange": {}}, "exchange is not one of", id="exchange"),
         pytest.param(lambda line: [line], "not a JSON object", id="list"),
     ],
 )
@@ -442,7 +444,7 @@ def test_lines_that_are_no_json(line: bytes, recording: tuple[bytes, Ran], tmp_p
         parse(line)
     path = tmp_path / "run.jsonl"
     path.write_bytes(recording[0] + line + b"\n" + recording[0].splitlines()[-1] + b"\n")
-    with pytest.raises(BadInputFileError, match=r"run\.jsonl:\d+: not a line of JSON"):
+    with pytest.raises(BadInputFileError, match=r"run\.jsonl:\d+: not valid JSON"):
         read_journal(path)
 
 
@@ -473,7 +475,7 @@ def test_sizes_are_bounded(
     monkeypatch.setattr("sphero_probe.runs.reader.MAX_FILE", 1000)
     with pytest.raises(BadInputFileError, match="larger than 1000 bytes"):
         read_journal(path)
-    with pytest.raises(BadInputFileError, match="not a file"):
+    with pytest.raises(BadInputFileError, match="not a regular file"):
         read_journal(tmp_path)
     with pytest.raises(BadInputFileError, match="No such file"):
         read_journal(tmp_path / "none")
@@ -515,7 +517,7 @@ def test_digests_tell_plans_apart(tmp_path: Path) -> None:
         digest_of(Plan("a", "", [], file=tmp_path / "gone.py"))
 
 
-def test_an_empty_journal_is_begun_anew(tmp_path: Path) -> None:
+def test_an_empty_journal_is_started_again(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     path.touch()
     assert read_journal(path) == Recorded(path, None, [], {}, {}, [], None, 0, False)

@@ -1,4 +1,4 @@
-"""The lock on a journal: who holds it, as far as the system tells; /proc/locks as in proc_locks(5)."""
+"""The lock on a journal, and the process that holds it, from /proc/locks as in proc_locks(5)."""
 
 import os
 import subprocess

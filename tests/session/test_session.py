@@ -1,4 +1,4 @@
-"""What ``-v`` tells of connecting: steps and names from anywhere, harmless and bounded."""
+"""What ``-v`` prints while connecting is harmless and bounded, whatever the names are."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager

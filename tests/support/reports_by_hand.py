@@ -74,7 +74,7 @@ HEADING = Heading(
 )
 CALIBRATED = Note(
     "calibration",
-    "primary: strict (surplus bytes are refused, and only where a command exists)",
+    "primary: strict (surplus bytes are rejected, and only where a command exists)",
     {"target": PRIMARY, "strictness": "strict"},
 )
 

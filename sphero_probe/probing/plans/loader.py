@@ -1,7 +1,7 @@
-"""Loading plan files: a file in, a checked plan out; and the probes of each stage, checked.
+"""Load plan files, and check the plan and the probes of each stage.
 
-A plan is code that its user runs. It may raise anything or never end; either becomes ``BadInputFileError``
-with the file and the line.
+A plan is code that its user runs. It may raise anything or never end; both raise ``BadInputFileError`` with
+the file and the line.
 """
 
 import signal
@@ -22,7 +22,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 
 MAX_PROBES: Final = 4 * 65536
-"""Probes in one stage: every DID and CID on four nodes. More is a plan that does not end."""
+"""Probes in one stage: every DID and CID on four nodes. With more, the plan counts as endless."""
 MAX_STAGES: Final = 1000
 MAX_PAYLOAD: Final = max(codec.max_payload for codec in CODECS.values())
 MAX_SECONDS = 5.0
@@ -35,7 +35,7 @@ def probes_of(plan: Plan, stage: Stage, findings: Sequence[Finding]) -> list[Pro
     """Return the probes of a stage, checked.
 
     Raises:
-        BadInputFileError: the stage's code raises, does not end, or yields something else than probes.
+        BadInputFileError: the stage's code raises, does not end, or yields anything but probes.
     """
     where = plan.file or plan.name
     with _watched(plan.file):
@@ -54,10 +54,10 @@ def probes_of(plan: Plan, stage: Stage, findings: Sequence[Finding]) -> list[Pro
 
 
 def load_plan(path: Path) -> Plan:
-    """Run a plan file and return the plan that it leaves behind.
+    """Run a plan file and return its ``PLAN``.
 
     Raises:
-        BadInputFileError: it cannot be read or run, does not end, or leaves no usable ``PLAN``.
+        BadInputFileError: it cannot be read or run, does not end, or defines no usable ``PLAN``.
     """
     try:
         with path.open("rb") as file:
@@ -71,22 +71,22 @@ def load_plan(path: Path) -> Plan:
         exec(compile(source, str(path), "exec"), space)  # noqa: S102 - a plan is code that its user runs
         plan = space.get("PLAN")
         if not isinstance(plan, Plan):
-            said = "leaves no PLAN behind" if plan is None else f"leaves PLAN = {_short(plan)}, not a Plan"
+            said = "defines no PLAN" if plan is None else f"PLAN is {_short(plan)}, not a Plan"
             raise BadInputFileError(f"{path}: {said}", "see: sphero-probe plan show hello")
         return _checked(plan, path)
-    raise AssertionError("the watch lets nothing pass silently")
+    raise AssertionError("_watched suppresses no error")
 
 
 class _TooLong(BaseException):
-    """The plan's own code used up its time; no ``except Exception`` of its own may swallow this."""
+    """The plan's code ran too long; no ``except Exception`` of its own may swallow this."""
 
 
 @contextmanager
 def _watched(file: Path | None) -> Iterator[None]:
-    """Run a plan's own code: it may raise anything or never end, and neither may escape.
+    """Run a plan's own code, which may raise anything or never end.
 
     Raises:
-        BadInputFileError: with the file and the line.
+        BadInputFileError: it raised or did not end; with the file and the line.
     """
     try:
         with _alarm():
@@ -105,9 +105,9 @@ def _watched(file: Path | None) -> Iterator[None]:
 
 @contextmanager
 def _alarm() -> Iterator[None]:
-    """Interrupt what runs inside after ``MAX_SECONDS`` seconds, where the system has an alarm clock."""
+    """Interrupt the block after ``MAX_SECONDS`` seconds, if the system has an alarm clock."""
     if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
-        yield  # Windows, and threads: Ctrl-C is left
+        yield  # on Windows and in threads, only Ctrl-C interrupts
         return
 
     def ring(_number: int, _frame: FrameType | None) -> None:
@@ -123,7 +123,7 @@ def _alarm() -> Iterator[None]:
 
 
 def _place(error: BaseException, file: Path | None) -> str:
-    """The file and the innermost line of the plan in which an error arose."""
+    """Return the file and the innermost line of the plan that raised an error."""
     if isinstance(error, SyntaxError) and error.filename == str(file) and error.lineno:
         return f"{file}:{error.lineno}"
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
@@ -131,7 +131,7 @@ def _place(error: BaseException, file: Path | None) -> str:
 
 
 def _said(error: BaseException) -> str:
-    """An error's kind and the first line of its text."""
+    """Return an error's class and the first line of its text."""
     try:
         text = str(error).partition("\n")[0]
     except BaseException as mute:
@@ -152,7 +152,7 @@ def _short(value: object) -> str:
 
 
 def _problem(command: object) -> str:
-    """What is wrong with a probe's command, in words; empty when nothing is."""
+    """Return what is wrong with a probe's command; empty if nothing is."""
     if not isinstance(command, Command):
         return f"a probe of {_short(command)}, not a Command"
     numbers: dict[str, object] = {"did": command.did, "cid": command.cid, "target": command.target}
@@ -164,17 +164,17 @@ def _problem(command: object) -> str:
     payload: object = command.payload
     if not isinstance(payload, bytes):
         return f"payload is {_short(payload)}, not bytes"
-    return "" if len(payload) <= MAX_PAYLOAD else f"payload of {len(payload)} bytes, no frame takes it"
+    return "" if len(payload) <= MAX_PAYLOAD else f"payload of {len(payload)} bytes does not fit into a frame"
 
 
 def _checked(plan: Plan, path: Path) -> Plan:
-    """A plan whose parts have the types they should."""
+    """Return the plan, after checking the types of its parts."""
     parts: dict[str, object] = {"name": plan.name, "summary": plan.summary}
     if not all(isinstance(part, str) for part in parts.values()):
-        raise BadInputFileError(f"{path}: a plan's name and summary are texts")
+        raise BadInputFileError(f"{path}: a plan's name and summary must be texts")
     stages: object = plan.stages
     if not isinstance(stages, list | tuple) or len(stages) > MAX_STAGES:
-        raise BadInputFileError(f"{path}: a plan's stages are a list of at most {MAX_STAGES}")
+        raise BadInputFileError(f"{path}: a plan's stages must be a list of at most {MAX_STAGES}")
     for stage in stages:
         if not callable(stage) and not isinstance(stage, Iterable):
             raise BadInputFileError(f"{path}: a stage is {_short(stage)}, not probes and not a function")

@@ -1,4 +1,4 @@
-"""The plans that come with the tool: a name goes in, the plan's file comes out."""
+"""Find the plans that are shipped with the tool, by name."""
 
 from pathlib import Path
 from typing import Final
@@ -11,33 +11,33 @@ _PACKAGE: Final = Path(__file__).resolve().parents[2]
 
 
 def plans_folder() -> Path:
-    """Return the folder of the plans: inside the installed package, or beside it in a checkout."""
+    """Return the folder of the plans: in the installed package, or next to the package in a checkout."""
     installed = _PACKAGE / "probe_plans"
     return installed if installed.is_dir() else _PACKAGE.parent / "probe_plans"
 
 
 def plan_files() -> list[Path]:
-    """Return the files of the plans that come with the tool, by name."""
+    """Return the files of the plans shipped with the tool, by name."""
     return sorted(path for path in plans_folder().glob("*.py") if not path.name.startswith("_"))
 
 
 def is_shipped(path: Path) -> bool:
-    """Whether this file is one of the plans that come with the tool."""
+    """Whether this file is one of the plans shipped with the tool."""
     return path.resolve() in {file.resolve() for file in plan_files()}
 
 
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except OSError:  # a name longer than a name can be, a folder that may not be looked into
+    except OSError:  # the name is too long, or the folder is not readable
         return False
 
 
 def find_plan(text: str) -> Plan:
-    """Load the plan of this file, or the one of this name that comes with the tool.
+    """Load a plan file, or the shipped plan of this name.
 
     Raises:
-        BadInputFileError: there is none, or it is broken.
+        BadInputFileError: there is no such plan, or it is broken.
     """
     path = Path(text)
     if not _is_file(path):
