@@ -109,7 +109,7 @@ class Tracker:
         return seq, frame
 
     def shorten_deadlines(self, numbers: Iterable[int], *, deadline: float) -> None:
-        """Move the deadlines of these sequence numbers forward to this time, where they are later."""
+        """Set the deadlines of these sequence numbers to this time, if they are later."""
         for seq in numbers:
             waiting = self._waiting.get(seq)
             if waiting and waiting.deadline > deadline:
