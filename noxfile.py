@@ -1,7 +1,7 @@
-"""The checks of this project: one session each, run in the environment that nox itself is installed in.
+"""The checks of this project, one nox session each. They run in the environment that nox is installed in.
 
-``.ci/run`` calls these sessions, and so does a contributor: ``.venv/bin/nox -s lint``, or ``.venv/bin/nox``
-for all of them. What follows ``--`` goes to the tool: ``.venv/bin/nox -s tests -- tests/protocol``.
+``.ci/run`` and contributors use the same sessions: ``.venv/bin/nox -s lint``, or ``.venv/bin/nox`` for all.
+Arguments after ``--`` go to the tool: ``.venv/bin/nox -s tests -- tests/protocol``.
 """
 
 import sys
@@ -15,7 +15,7 @@ nox.options.sessions = ["lint", "types", "architecture", "tests", "bench", "docs
 
 
 def python(session: nox.Session, *words: str) -> None:
-    """Run the interpreter of this environment, then what follows ``--`` on nox's command line."""
+    """Run the interpreter of this environment, with the arguments after ``--`` at the end."""
     session.run(sys.executable, *words, *session.posargs)
 
 
@@ -47,7 +47,7 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def bench(session: nox.Session) -> None:
-    """Run the quick benchmark: it must run; its figures are printed, not judged."""
+    """Run the quick benchmark; its results are printed, but never fail the session."""
     python(session, "-m", "benchmarks", "--quick")
 
 

@@ -1,1 +1,1 @@
-"""Ratios beside the peers, measured in one run: ``python -m benchmarks`` from the root of the repository."""
+"""Benchmarks against other projects: run ``python -m benchmarks`` from the root of the repository."""

@@ -1,4 +1,4 @@
-"""The command line of the benchmark: sections are found, measured, and printed as text or JSON lines."""
+"""The command line of the benchmark: runs the sections and prints their results as text or JSON lines."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ from benchmarks.section import Line, Options, Remark, Section
 
 _LEAST_ROUNDS = 7
 _ROUGH = 2
-"""From here on a ratio is told to one digit."""
+"""Ratios from here on are printed with one decimal."""
 
 
 def sections() -> dict[str, Section]:
@@ -25,10 +25,10 @@ def sections() -> dict[str, Section]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure and print.
+    """Run the benchmark and print the results.
 
     Returns:
-        0, also where a bar was missed: a busy machine is no bug.
+        0, also if a target was missed: a busy machine is not a bug.
     """
     known = sections()
     wanted = _parser(known).parse_args(arguments)
@@ -36,8 +36,10 @@ def main(arguments: list[str] | None = None) -> int:
     show = _show_json if wanted.json else _show
     if not wanted.json:
         print(f"Python {platform.python_version()}, {platform.machine()}, {cpu_count()} cores")
-        print(f"A ratio is the peer's time by ours, the median of {options.rounds} rounds that take turns;")
-        print("in brackets the middle half of them. Inputs are simulated.")
+        print(
+            f"A ratio is the peer's time divided by ours: the median of {options.rounds} interleaved rounds,"
+        )
+        print("with the interquartile range in brackets. All inputs are simulated.")
     for name in wanted.only or known:
         if not wanted.json:
             print(f"\n{name}: {known[name].summary}")
@@ -55,7 +57,7 @@ def _parser(known: dict[str, Section]) -> argparse.ArgumentParser:
     listed = "\n".join(f"  {section.name:10}{section.summary}" for section in known.values())
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description="Measure sphero-probe beside its peers, in one process, by turns.",
+        description="Compare sphero-probe with its peers, interleaved in one process.",
         epilog=f"sections:\n{listed}\n\nThe peers come with: pip install -e '.[bench]'",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -64,7 +66,7 @@ def _parser(known: dict[str, Section]) -> argparse.ArgumentParser:
         chosen = text.split(",")
         unknown = ", ".join(name for name in chosen if name not in known)
         if unknown:
-            raise argparse.ArgumentTypeError(f"no section {unknown}; there are {', '.join(known)}")
+            raise argparse.ArgumentTypeError(f"no section {unknown}; known: {', '.join(known)}")
         return chosen
 
     def rounds(text: str) -> int:
@@ -89,7 +91,7 @@ def _show(_: str, entry: Line | Remark) -> None:
         median, low, high = entry.ratio
         digits = 1 if median >= _ROUGH else 2
         times = f"{median:.{digits}f}x [{low:.{digits}f}-{high:.{digits}f}]"
-    bar = f"bar {entry.bar:g}x {entry.verdict}".rstrip() if entry.bar is not None else ""
+    bar = f"target {entry.bar:g}x {entry.verdict}".rstrip() if entry.bar is not None else ""
     if entry.ceiling is not None:
         bar = f"at most {entry.ceiling:g}x: {entry.verdict}"
     lost = f"peer: {entry.lost}" if entry.lost else "peer lost nothing" if entry.bar is not None else ""

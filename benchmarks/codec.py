@@ -1,4 +1,4 @@
-"""The codecs beside the peers': simulated streams go in at several sizes of a read, ratios come out."""
+"""Compares the codecs with those of the peers, on simulated streams, for several read sizes."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -34,14 +34,14 @@ _DAMAGE = 0.1
 
 
 class _Found(NamedTuple):
-    """What a peer made of a corpus: packets it lost, and packets that nobody sent."""
+    """The errors of a peer on a corpus: packets that it lost, and packets that were never sent."""
 
     lost: int
     false: int
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
-    """Yield the lines of both generations; a peer that lost a frame of a clean stream does not count."""
+    """Yield the results of both generations; a peer that lost an undamaged frame does not count."""
     size = 2500 if options.quick else 12_000
     for corpus in (second_generation(size), first_generation(size)):
         yield Remark(corpus.summary)
@@ -59,25 +59,23 @@ def measure(options: Options) -> Iterator[Line | Remark]:
             yield from _decoding(short, 65536, rivals, {}, options.rounds)
             yield from _encoding(rivals, options)
         else:
-            yield Remark(
-                "V1 has one byte to tell damage by: where that fits by chance, the next frame is lost"
-            )
+            yield Remark("V1 detects damage by one byte: if that fits by chance, the next frame is lost")
         yield from _recovery(damaged(corpus, _DAMAGE), rivals)
 
 
 def _decoding(
     corpus: Corpus, read: int, rivals: list[Peer], bars: dict[str, float], rounds: int
 ) -> Iterator[Line]:
-    """Time everybody on a stream that comes in pieces of one size."""
-    if read == 1:  # or it would take as long as all else
+    """Time all codecs on a stream that arrives in pieces of one size."""
+    if read == 1:  # otherwise it would take as long as everything else
         corpus = corpus.part(len(corpus.packets) // 8)
-    everybody = [ours(corpus.generation), *rivals]
+    contestants = [ours(corpus.generation), *rivals]
     runners = {
         peer.name: partial(peer.read, [peer.chunk(chunk) for chunk in chunks(corpus.stream, read)], len)
-        for peer in everybody
+        for peer in contestants
     }
     seconds = race(runners, rounds)
-    mine = seconds[everybody[0].name]
+    mine = seconds[contestants[0].name]
     for peer in rivals:
         yield Line(
             f"{corpus.generation.upper()} decode, {_read_name(read)}" + ("" if bars else ", answers only"),
@@ -85,36 +83,38 @@ def _decoding(
             ratio(seconds[peer.name], mine),
             bars.get(peer.name.split()[0]),
             _loss(corpus, read, peer),
-            f"{min(mine) / len(corpus.packets) * 1e6:.2f} us a frame"
-            + (f"; it does not tell {peer.silent}" if peer.silent else ""),
+            f"{min(mine) / len(corpus.packets) * 1e6:.2f} us per frame"
+            + (f"; it does not report {peer.silent}" if peer.silent else ""),
         )
 
 
 def _encoding(rivals: list[Peer], options: Options) -> Iterator[Line]:
-    """Time everybody on the same commands, each numbering them itself."""
+    """Time all encoders on the same commands; each assigns its own sequence numbers."""
     batch = commands(500 if options.quick else 3000)
-    able = [peer for peer in (ours(Generation.V2), *rivals) if peer.encode]
-    seconds = race({peer.name: partial(peer.encode, batch) for peer in able if peer.encode}, options.rounds)
-    mine = seconds[able[0].name]
-    for peer in able[1:]:
+    encoders = [peer for peer in (ours(Generation.V2), *rivals) if peer.encode]
+    seconds = race(
+        {peer.name: partial(peer.encode, batch) for peer in encoders if peer.encode}, options.rounds
+    )
+    mine = seconds[encoders[0].name]
+    for peer in encoders[1:]:
         yield Line(
             "V2 encode commands",
             peer.name,
             ratio(seconds[peer.name], mine),
             _ENCODE_BARS.get(peer.name.split()[0]),
-            _misspelt(peer, batch),
-            f"{min(mine) / len(batch) * 1e6:.2f} us a command",
+            _encode_errors(peer, batch),
+            f"{min(mine) / len(batch) * 1e6:.2f} us per command",
         )
 
 
 def _recovery(corpus: Corpus, rivals: list[Peer]) -> Iterator[Line]:
-    """Count who finds how many of the good frames between damaged ones."""
+    """Count how many of the undamaged frames between damaged ones each codec finds."""
     for read in (65536, 244, 20):
         mine = _found(corpus, read, ours(corpus.generation))
-        what = f"{corpus.generation.upper()} good frames beside 10 % damaged, {_read_name(read)}"
+        what = f"{corpus.generation.upper()} good frames among 10 % damaged, {_read_name(read)}"
         note = f"we recovered {_share(corpus, mine)}"
         if not rivals:
-            yield Line(what, "nobody", None, note=note)
+            yield Line(what, "no peer", None, note=note)
         for peer in rivals:
             theirs = _found(corpus, read, peer)
             yield Line(what, peer.name, None, None, f"recovered {_share(corpus, theirs)}", note)
@@ -126,7 +126,7 @@ def _loss(corpus: Corpus, read: int, peer: Peer) -> str:
 
 
 def _found(corpus: Corpus, read: int, peer: Peer) -> _Found:
-    """Compare what was sent with what a peer tells of it."""
+    """Compare the packets that were sent with those that a peer decodes."""
     heard: list[Any] = []
     peer.read([peer.chunk(chunk) for chunk in chunks(corpus.stream, read)], heard.extend)
     got = Counter(peer.facts(packet) for packet in heard if not isinstance(packet, Malformed))
@@ -134,12 +134,12 @@ def _found(corpus: Corpus, read: int, peer: Peer) -> _Found:
     return _Found((sent - got).total(), (got - sent).total())
 
 
-def _misspelt(peer: Peer, batch: list[Command]) -> str:
-    """Read a peer's frames with our decoder."""
+def _encode_errors(peer: Peer, batch: list[Command]) -> str:
+    """Decode a peer's frames with our decoder; return what is wrong, or an empty string."""
     assert peer.encode is not None
     heard = CODECS[Generation.V2].decoder(Role.ROBOT).feed(b"".join(peer.encode(batch)))
     said = [packet.command for packet in heard if isinstance(packet, Request)]
-    return "" if said == batch else "its frames say something else"
+    return "" if said == batch else "its frames decode to other commands"
 
 
 def _share(corpus: Corpus, found: _Found) -> str:
@@ -147,7 +147,7 @@ def _share(corpus: Corpus, found: _Found) -> str:
 
 
 def _read_name(read: int) -> str:
-    return "64 KiB reads" if read == 65536 else f"{read} byte{'s' * (read > 1)} a read"
+    return "64 KiB reads" if read == 65536 else f"{read} byte{'s' * (read > 1)} per read"
 
 
-SECTION = Section("codec", "V1 and V2 codecs beside spherov2 and sphero-rvr-mcp", measure)
+SECTION = Section("codec", "V1 and V2 codecs compared with spherov2 and sphero-rvr-mcp", measure)

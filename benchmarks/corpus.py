@@ -1,8 +1,7 @@
-"""A seed comes in; packets as robots send them, and the stream that they make, come out.
+"""Generates simulated traffic for the benchmarks, the same for the same seed.
 
-Everything here is simulated: the shapes (flags, addresses, lengths) are those that robots use, the contents
-are drawn. Sensor values are drawn as floats or integers of a plausible size, so bytes that must be escaped
-come at the rate at which they come in such numbers.
+Flags, addresses and lengths are those that robots use; the contents are random. Sensor values are floats or
+integers of a plausible size, so bytes that must be escaped are as frequent as in real values.
 """
 
 from collections.abc import Mapping
@@ -14,11 +13,11 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Notification, Packet, Response
 
 SEED: Final = 20261122
-"""Of every corpus, unless another is asked for."""
+"""The default seed of every corpus."""
 
 _HOST, _MAIN, _RADIO = 0x01, 0x12, 0x11
 _ANSWERS: Final = (0, 0, 0, 1, 1, 2, 4, 6, 8, 12)
-"""Payload bytes of answers: most say nothing but that they worked."""
+"""Payload lengths of responses in bytes: most only report success."""
 _PAIRS: Final = (
     (0x11, 0x00),
     (0x11, 0x06),
@@ -31,9 +30,9 @@ _PAIRS: Final = (
 _CODES: Final = (*(0x00,) * 17, 0x05, 0x02, 0x07)
 _DRIVEN: Final = {"answer": 17, "plain answer": 5, "stream": 72, "event": 6}
 ANSWERS_ONLY: Final = {"answer": 1}
-"""Kinds of a robot that streams nothing: the shortest frames that there are."""
+"""The kinds of packets of a robot that streams nothing: the shortest frames."""
 _FLOATS: Final = ((180.0, 3), (1.0, 3), (90.0, 3), (40.0, 2), (25.0, 2))
-"""Spread and count: attitude, acceleration, gyroscope, place, speed; a stream has some of them."""
+"""Standard deviation and count: attitude, acceleration, gyroscope, position, speed; a stream has some."""
 
 
 class Corpus(NamedTuple):
@@ -51,24 +50,24 @@ class Corpus(NamedTuple):
 
     @property
     def summary(self) -> str:
-        """What it is, in words."""
+        """A line that describes it."""
         return (
             f"{self.generation.upper()}, simulated: {len(self.packets)} frames, {len(self.stream)} bytes, "
-            f"{len(self.stream) / len(self.packets):.1f} bytes a frame"
+            f"{len(self.stream) / len(self.packets):.1f} bytes per frame"
         )
 
     def part(self, count: int) -> "Corpus":
-        """Return the first packets of it, as a corpus of their own."""
+        """Return a corpus of the first packets."""
         return _corpus(self.generation, self.packets[:count])
 
 
 def second_generation(count: int, seed: int = SEED, *, kinds: Mapping[str, int] = _DRIVEN) -> Corpus:
-    """Return V2 traffic as a host hears it.
+    """Return V2 traffic as a host receives it.
 
     Args:
-        count: frames.
-        seed: of all that is drawn.
-        kinds: how often which kind comes; by default as from a robot that streams its sensors and is driven.
+        count: number of frames.
+        seed: of the random numbers.
+        kinds: kind -> relative frequency; by default those of a robot that streams its sensors and is driven.
     """
     random = Random(seed)
     drawn = random.choices(list(kinds), list(kinds.values()), k=count)
@@ -76,7 +75,7 @@ def second_generation(count: int, seed: int = SEED, *, kinds: Mapping[str, int] 
 
 
 def first_generation(count: int, seed: int = SEED) -> Corpus:
-    """Return V1 traffic as a host hears it: answers, data streaming, collisions."""
+    """Return V1 traffic as a host receives it: responses, data streaming, collisions."""
     random = Random(seed)
     return _corpus(Generation.V1, [_v1_packet(random, number) for number in range(count)])
 
@@ -94,9 +93,9 @@ def commands(count: int, seed: int = SEED) -> list[Command]:
 
 
 def damaged(corpus: Corpus, share: float, seed: int = SEED) -> Corpus:
-    """Return a corpus of which a share of the frames was spoilt; its packets are those of the others.
+    """Return a corpus in which a fraction of the frames is damaged; its packets are the undamaged ones.
 
-    A spoilt frame lost its start or its end, lost some bytes, got a flipped bit, or has noise in front.
+    A damaged frame lost its start, its end or some bytes, has a flipped bit, or has noise before it.
     """
     random = Random(seed)
     codec = CODECS[corpus.generation]
@@ -108,12 +107,12 @@ def damaged(corpus: Corpus, share: float, seed: int = SEED) -> Corpus:
             kept.append(packet)
             stream += frame
         else:
-            stream += _spoilt(frame, random)
+            stream += _damage(frame, random)
     return Corpus(corpus.generation, kept, bytes(stream))
 
 
 def chunks(stream: bytes, size: int) -> list[bytes]:
-    """Return a stream as reads of one size, or BLE notifications, would deliver it."""
+    """Split a stream as reads of one size, or BLE notifications, deliver it."""
     return [stream[at : at + size] for at in range(0, len(stream), size)]
 
 
@@ -161,7 +160,7 @@ def _readings(random: Random) -> bytes:
     return Struct(f">{len(values)}f").pack(*values)
 
 
-def _spoilt(frame: bytes, random: Random) -> bytes:
+def _damage(frame: bytes, random: Random) -> bytes:
     at = random.randrange(1, len(frame) - 1)
     match random.randrange(5):
         case 0:

@@ -1,4 +1,4 @@
-"""The command ``decode`` beside the bare decoder, on a file with a simulated stream."""
+"""Compares the command ``decode`` with the bare decoder, on a file with a simulated stream."""
 
 import os
 import sys
@@ -23,11 +23,11 @@ from sphero_probe.cli.invoke import run
 run(("decode", sys.argv[1], "--format", "jsonl", "-o", sys.argv[2]))
 print(re.search("VmHWM: *\\t* *([0-9]+) kB", open("{_STATUS}").read())[1])
 """
-"""A process that tells its own peak: what its parent is told of it includes the parent's memory on Linux."""
+"""A process that prints its own peak memory; on Linux, its parent gets a value that includes the parent."""
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
-    """Yield how many times as long as the bare decoder the command takes, and the memory that it needs."""
+    """Yield the command's time relative to the bare decoder, and the memory that it needs."""
     corpus = second_generation(1500 if options.quick else 10_000)
     yield Remark(corpus.summary)
     with TemporaryDirectory() as folder:
@@ -48,12 +48,12 @@ def measure(options: Options) -> Iterator[Line | Remark]:
             size = len(corpus.stream) * repeats / 1e6
             peak = _peak_memory(file)
             yield Line(
-                f"decode of {size:.0f} MB in a process", "nobody", None, note=f"{peak:.0f} MiB at most"
+                f"decode of {size:.0f} MB in a process", "no peer", None, note=f"{peak:.0f} MiB at most"
             )
 
 
 def _bare(file: Path) -> int:
-    decoder = CODECS[Generation.V2].decoder(Role.WITNESS)
+    decoder = CODECS[Generation.V2].decoder(Role.OBSERVER)
     packets = 0
     with file.open("rb") as stream:
         while chunk := stream.read(_READ):
@@ -76,4 +76,4 @@ def _peak_memory(file: Path) -> float:
     return int(ran.stdout) / 1024
 
 
-SECTION = Section("decode", "the command decode beside the bare decoder, and its memory", measure)
+SECTION = Section("decode", "the command decode compared with the bare decoder, and its memory", measure)

@@ -1,4 +1,4 @@
-"""What keeping a journal costs: the probes of a sweep go into a file, microseconds for each come out."""
+"""Measures what the journal costs for each probe of a sweep."""
 
 import json
 import os
@@ -24,22 +24,22 @@ _A_SWEEP: Final = 1 << 16
 _QUICK: Final = 1 << 12
 """Probes."""
 _RATE: Final = 400
-"""Commands per second, as many as no robot has answered yet."""
+"""Commands per second; more than any robot has answered."""
 _SHARE: Final = 0.01
-"""Of the time of a sweep, which the journal may take."""
+"""The fraction of a sweep's time that the journal may take."""
 _EXISTING: Final = 20
-"""One probe of so many is answered with a value."""
+"""One probe in this many is answered with a value."""
 _NODE: Final = 0x12
 
 _Kept = tuple[PreparedProbe, Finding]
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
-    """Write the intent and the finding of every probe of a sweep, with one write for each, as a run does."""
+    """Write the intent and the finding of every probe of a sweep, one write each, as a run does."""
     probes = [_kept(number) for number in range(1, (_QUICK if options.quick else _A_SWEEP) + 1)]
     yield Remark(
         f"simulated: {len(probes)} probes, one in {_EXISTING} exists and answers with 8 bytes; "
-        "an intent and a finding for each, one write a line, on a disk"
+        "an intent and a finding for each, one write per line, to a disk"
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.jsonl"
@@ -103,7 +103,7 @@ def _journal(probes: list[_Kept], path: Path) -> None:
 
 
 def _only_write(probes: list[_Kept], path: Path) -> None:
-    """What the operating system takes, whoever makes the lines."""
+    """Only write lines of the same length, to measure the operating system."""
     intent, finding = (bytes(len(line)) for line in _two_lines(*probes[-1]))
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     for _ in probes:
@@ -123,7 +123,7 @@ def _two_lines(asked: PreparedProbe, finding: Finding) -> tuple[bytes, bytes]:
 
 
 def _plain_json(probes: list[_Kept]) -> None:
-    """The same objects through the standard library's front door."""
+    """Encode the same objects with ``json.dumps``."""
     for asked, finding in probes:
         _dumped({"type": "intent", "number": asked.number, **_about(asked.command), "risk": asked.risk.word})
         assert isinstance(finding.exchange, Answered)
@@ -155,4 +155,4 @@ def _dumped(data: dict[str, object]) -> bytes:
     return (json.dumps(data, separators=(",", ":"), allow_nan=False) + "\n").encode("ascii")
 
 
-SECTION = Section("journal", "what writing down every intent and finding costs", measure)
+SECTION = Section("journal", "the cost of writing every intent and finding", measure)

@@ -1,8 +1,8 @@
-"""Other people's codecs behind one face: chunks of a stream go in, packets come out; each at its fastest.
+"""Adapters that give the codecs of other projects one interface, each used in its fastest way.
 
-spherov2 has a collector for each generation, which takes what a BLE characteristic notifies. sphero-rvr-mcp
-has the reader of its serial dispatcher; what the dispatcher does with a packet is left out. What a parser
-throws at a bad packet is caught, and the rest of that chunk is lost with it, as in its own use.
+From spherov2, the collector of each generation is used, which takes the notifications of a BLE
+characteristic. From sphero-rvr-mcp, the reader of its serial dispatcher is used, without the dispatching. If
+a parser raises an exception on a bad packet, the rest of that chunk is lost, as in the project itself.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -16,24 +16,24 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Notification, Packet, Response, Role
 
 EXTRA = "pip install -e '.[bench]'"
-"""What brings the peers."""
+"""The command that installs the peers."""
 
 Take = Callable[[list[Any]], object]
 Read = Callable[[list[bytes], Take], None]
-"""Takes the chunks of a stream; hands over the packets of each, in a list that it uses again."""
+"""Decodes the chunks of a stream; passes the packets of each chunk on in a list, which it then reuses."""
 
 
 class Peer(NamedTuple):
     """A codec to compare with.
 
     Attributes:
-        name: with its version.
+        name: its name and version.
         read: decodes a stream.
-        facts: a packet of its own -> what it tells.
-        told: a packet of ours -> the same, as the peer would tell it.
-        encode: commands -> frames; None where it has no encoder for the generation.
-        silent: the facts that its packets leave out.
-        chunk: makes of bytes what it wants to be given.
+        facts: one of its packets -> the contents.
+        told: one of our packets -> the contents that the peer should report.
+        encode: commands -> frames; None if it has no encoder for the generation.
+        silent: the contents that its packets leave out.
+        chunk: converts bytes to the type that it needs.
     """
 
     name: str
@@ -53,12 +53,12 @@ def ours(generation: Generation) -> Peer:
 
 
 def peers(generation: Generation) -> Iterator[Peer | str]:
-    """Yield the peers that know a generation; for one that is not here, what to do about that."""
+    """Yield the peers that support a generation; for one that is not installed, a remark."""
     for name, open_peer in _PEERS[generation]:
         try:
             yield open_peer(f"{name} {version(name)}")
         except ImportError as error:
-            yield f"{name} is left out, {error.name or error} is not installed: {EXTRA}"
+            yield f"{name} is left out: {error.name or error} is not installed, run {EXTRA}"
 
 
 def _read_ours(generation: Generation, chunks: list[bytes], take: Take) -> None:
@@ -131,8 +131,8 @@ def _rvr_mcp(name: str) -> Peer:
     def read(chunks: list[bytes], take: Take) -> None:
         found: list[Any] = []
         reader = dispatcher(None)
-        reader._dispatch_response = found.append  # noqa: SLF001 - its framing is to be timed, not its matching
-        process = reader._process_data  # noqa: SLF001 - the only way in that is no thread
+        reader._dispatch_response = found.append  # noqa: SLF001 - time its framing, not its matching
+        process = reader._process_data  # noqa: SLF001 - the only entry point without a thread
         for chunk in chunks:
             process(chunk)
             take(found)

@@ -1,7 +1,7 @@
-"""What a section of the benchmark is: options come in, lines and remarks come out.
+"""The types of a benchmark section: its options, its results and itself.
 
-A module of this folder that leaves a ``SECTION`` behind is found by ``python -m benchmarks``, its name is
-what ``--only`` takes. What it needs that may not be installed is imported when it measures.
+``python -m benchmarks`` finds every module of this folder that defines ``SECTION``; ``--only`` takes its
+name. A section imports packages that may not be installed only while it measures.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ class Options(NamedTuple):
 
 
 class Ratio(NamedTuple):
-    """How many times as long a peer takes: the middle of the rounds, and the middle half of them."""
+    """How many times as long a peer takes: the median of the rounds, and the quartiles."""
 
     median: float
     low: float
@@ -33,12 +33,12 @@ class Line(NamedTuple):
 
     Attributes:
         what: the task.
-        peer: beside whom, with the version where it has one.
-        ratio: of times, or of whatever else is better when greater; None where nothing can be compared.
-        bar: the least ratio that is aimed at, None where there is none.
-        ceiling: the greatest one, where less is better.
-        lost: what the peer lost or got wrong; such a line does not count for its bar.
-        note: figures of this one run on this one machine, in words.
+        peer: what it is compared with, with a version if there is one.
+        ratio: of times, or of another measure where more is better; None if nothing can be compared.
+        bar: the target, a minimum for the ratio; None if there is none.
+        ceiling: the maximum for the ratio, where less is better.
+        lost: what the peer lost or got wrong; then the target does not count.
+        note: figures of this run on this machine, as text.
     """
 
     what: str
@@ -51,7 +51,7 @@ class Line(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """What the line says about its bar: ``met``, ``missed``, or nothing where it does not count."""
+        """Whether the target is ``met`` or ``missed``, or an empty string if it does not count."""
         if self.ratio is None or self.lost or (self.bar is None and self.ceiling is None):
             return ""
         too_small = self.bar is not None and self.ratio.median < self.bar
@@ -60,7 +60,7 @@ class Line(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """What has to be known to read the lines: what is simulated, which peer is not here."""
+    """A remark on the results: what is simulated, which peer is not installed."""
 
     text: str
 
@@ -70,8 +70,8 @@ class Section(NamedTuple):
 
     Attributes:
         name: one word, as ``--only`` takes it.
-        summary: what is measured, in a line.
-        measure: yields lines as they are measured, remarks before the lines that they concern.
+        summary: what is measured, in one line.
+        measure: yields results as they are measured, each remark before its results.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""How long until the tool answers: its commands go in, the times of ``--version`` and ``--help`` come out."""
+"""Measures how long ``--version`` and every ``--help`` take."""
 
 import os
 import subprocess
@@ -18,19 +18,19 @@ _PLAN_COMMANDS: Final = (("plan", "list"), ("plan", "show"), ("plan", "check"))
 _HELPS: Final = tuple((*words, "--help") for words in ((), *((name,) for name in COMMANDS), *_PLAN_COMMANDS))
 _ENTRY: Final = "from sphero_probe.cli import main; main()"
 _YARDSTICKS: Final = {"pass": 1.2, "import click": 1.3}
-"""What the interpreter starts up for -> how many times as long an answer may take."""
+"""Code for a bare interpreter -> how many times as long the tool may take."""
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
-    """Start every command by turns with a bare interpreter, and with one that imports click alone."""
+    """Time every command against a bare interpreter, and against one that only imports click."""
     module = [sys.executable, "-m", "sphero_probe"]
     script = Path(sys.executable).with_name("sphero-probe")
     tool = [str(script)] if script.exists() else module
     yield Remark(
         f"whole processes of {'sphero-probe as installed' if tool != module else 'python -m sphero_probe'}; "
-        "1.0x is as long as allowed"
+        "1.0x is the time allowed"
     )
-    yield Remark("the entry point alone is without what pip's launcher (re) and python -m (runpy) import")
+    yield Remark("the entry point alone excludes the imports of pip's launcher (re) and of python -m (runpy)")
     runners: dict[str, Callable[[], object]] = {
         code: partial(_start, [sys.executable, "-c", code]) for code in _YARDSTICKS
     }
@@ -47,7 +47,7 @@ def measure(options: Options) -> Iterator[Line | Remark]:
 
 
 def _line(what: str, code: str, seconds: dict[str, list[float]], name: str) -> Line:
-    """Compare with what is allowed: so many times the yardstick of the same round."""
+    """Compare with the time allowed, a multiple of the bare interpreter's time in the same round."""
     times = _YARDSTICKS[code]
     took, bare = median(seconds[name]), median(seconds[code])
     return Line(
@@ -60,11 +60,11 @@ def _line(what: str, code: str, seconds: dict[str, list[float]], name: str) -> L
 
 
 def _start(command: list[str]) -> None:
-    """Run to the end; bytecode is kept, as it is where the tool is installed."""
+    """Run a process to its end; it may write bytecode, as an installed tool does."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     subprocess.run(  # noqa: S603 - commands of our own
         command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True, env=environment
     )
 
 
-SECTION = Section("startup", "how soon --version and every --help answer", measure)
+SECTION = Section("startup", "the time that --version and every --help take", measure)

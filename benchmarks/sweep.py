@@ -1,6 +1,6 @@
-"""How near a sweep comes to what its link could carry: modelled links in, times over their limits out.
+"""Compares the time of a sweep with the least time that its link needs, on modelled links.
 
-All runs on a virtual clock: the times are those of the modelled link, the same on every machine.
+Everything runs on a virtual clock, so the times are those of the modelled link, the same on every machine.
 """
 
 import asyncio
@@ -26,16 +26,16 @@ from sphero_probe.transports.fake import FakeTransport
 from sphero_probe.virtual_clock import VirtualClock
 
 LINKS: Final = ((0.015, 6), (0.030, 4), (0.050, 4))
-"""Seconds between connection events, packets in each, either way."""
+"""Seconds between connection events, packets per event in each direction."""
 SILENT: Final = (0.0, 0.05, 0.2)
 QUEUES: Final = (8, 2)
 LOSSES: Final = (0.0, 0.02)
 USUAL: Final = (0.05, 8)
-"""Share of silent commands and places in the robot's queue that the bars are for."""
+"""Fraction of silent commands and length of the robot's queue that the targets are for."""
 _SEEDS: Final = 20
 _QUICK_SEEDS: Final = 3
 _PACKET: Final = 20
-"""Bytes that one packet of the modelled link carries."""
+"""Bytes per packet of the modelled link."""
 _NODE: Final = 0x11
 _ONE_DEVICE: Final = (0x13,)
 MOST_ONE, MOST_ALL, _BAR_PEER = 1.6, 1.3, 30.0
@@ -49,10 +49,10 @@ class Cell(NamedTuple):
 
     Attributes:
         interval: seconds between connection events.
-        per_event: packets in each, either way.
-        silent: share of the commands that are never answered.
+        per_event: packets per event in each direction.
+        silent: fraction of the commands that are never answered.
         queue: commands that can wait in the robot.
-        loss: share of the packets that are lost, either way.
+        loss: fraction of the packets that are lost, in each direction.
     """
 
     interval: float
@@ -62,19 +62,19 @@ class Cell(NamedTuple):
     loss: float
 
     def __str__(self) -> str:
-        """Write it as a table has it."""
+        """Return the text for a table."""
         link = f"{self.interval * 1000:.0f} ms x {self.per_event}"
         return f"{link}, {self.silent:.0%} silent, queue {self.queue}, {self.loss:.0%} lost"
 
 
 class Swept(NamedTuple):
-    """What a sweep came to.
+    """The result of a sweep.
 
     Attributes:
         seconds: from the first probe to the last finding.
-        calling: seconds before that: who is it, does it check lengths.
-        limit: seconds that the link takes for asking every probe once, at the very least.
-        false: commands called silent that do answer.
+        calling: seconds before that, for identification and calibration.
+        limit: the least seconds that the link needs to carry every probe once.
+        false: commands that are reported as silent but do answer.
     """
 
     seconds: float
@@ -84,13 +84,11 @@ class Swept(NamedTuple):
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
-    """Sweep modelled robots, and have spherov2's strategy sweep the same."""
+    """Sweep modelled robots, also with the strategy of spherov2."""
     seeds = _QUICK_SEEDS if options.quick else _SEEDS
-    yield Remark("simulated: links, robots and the clock; the brackets are the extremes over all seeds")
-    yield Remark("beside the link's limit: our time over the least in which it carries every probe once,")
-    yield Remark(
-        "from the first probe to the last finding; calling on the robot and calibrating come before that"
-    )
+    yield Remark("simulated: links, robots and the clock; the brackets show the extremes over all seeds")
+    yield Remark("compared with the link's limit: our time divided by the least time for every probe once,")
+    yield Remark("from the first probe to the last finding, without identification and calibration")
     for interval, per_event in LINKS:
         for silent in SILENT:
             for queue in QUEUES:
@@ -112,7 +110,7 @@ def measure(options: Options) -> Iterator[Line | Remark]:
         quotients = sorted(their / our.seconds for their, our in zip(theirs, ours, strict=True))
         ratio = Ratio(median(quotients), quotients[0], quotients[-1])
         whole = median(their / (our.calling + our.seconds) for their, our in zip(theirs, ours, strict=True))
-        note = f"{median(theirs):.0f} s; calling and calibrating counted against us {whole:.0f}x"
+        note = f"{median(theirs):.0f} s; {whole:.0f}x with our identification and calibration"
         yield Line(f"256 CIDs: {cell}", "spherov2's strategy", ratio, _BAR_PEER, note=note)
 
 
@@ -121,12 +119,12 @@ def _line(what: str, cell: Cell, swept: Sequence[Swept], ceiling: float | None) 
     ratio = Ratio(median(over), over[0], over[-1])
     false = sum(one.false for one in swept)
     calling = median(one.calling for one in swept)
-    note = f"{calling:.2f} s of calling; {false} false silences"
+    note = f"{calling:.2f} s of identification and calibration; {false} false silences"
     return Line(f"{what}: {cell}", "the link's limit", ratio, note=note, ceiling=ceiling)
 
 
 def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
-    """Sweep these devices of a modelled BOLT+ by the engine, as ``sphero-probe sweep`` does."""
+    """Sweep these devices of a modelled BOLT+ with the engine, as ``sphero-probe sweep`` does."""
     robot = _robot(cell, dids, seed)
     findings: list[Finding] = []
     times: list[float] = []
@@ -166,7 +164,7 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
 
 
 def limit_of(cell: Cell, findings: Sequence[Finding]) -> float:
-    """Return the seconds that a link needs to carry each command, and each answer, once."""
+    """Return the seconds that a link needs to carry each command and each response once."""
     exchanges = [finding.exchange for finding in findings]
     up = sum(math.ceil(len(one.sent) / _PACKET) for one in exchanges if not isinstance(one, Blocked))
     down = sum(math.ceil(len(one.received) / _PACKET) for one in exchanges if isinstance(one, Answered))
@@ -174,7 +172,7 @@ def limit_of(cell: Cell, findings: Sequence[Finding]) -> float:
 
 
 def strategy_of_spherov2(cell: Cell, seed: int) -> float:
-    """Return the seconds of asking 256 CIDs one at a time, with a pause, and ten seconds for an answer."""
+    """Return the seconds to send 256 CIDs one at a time, with a pause, and a timeout of ten seconds."""
     robot = _robot(cell, _ONE_DEVICE, seed)
     codec = CODECS[robot.model.generation]
     policy = Policy(codec.generation, robot.model, Consent(frozenset(Risk), robot.name), (robot.name,))
@@ -213,7 +211,7 @@ def _robot(cell: Cell, dids: Sequence[int], seed: int) -> FakeRobot:
 
 
 def silences_of(cell: Cell, dids: Sequence[int], seed: int) -> frozenset[tuple[int, int]]:
-    """Return the pairs that a modelled robot never answers; whoever calls on it is answered."""
+    """Return the pairs that a modelled robot never answers; it always answers identification."""
     chance = Random(f"{seed} silent")
     rows = (row_for(Generation.V2, job) for job in (WellKnown.WAKE, WellKnown.ECHO, WellKnown.VERSION))
     calling = {(row.did, row.cid) for row in rows if row}
@@ -221,4 +219,4 @@ def silences_of(cell: Cell, dids: Sequence[int], seed: int) -> frozenset[tuple[i
     return frozenset(pair for pair in pairs if chance.random() < cell.silent and pair not in calling)
 
 
-SECTION = Section("sweep", "how near a sweep comes to what its link can carry, on a virtual clock", measure)
+SECTION = Section("sweep", "the time of a sweep compared with its link's limit, on a virtual clock", measure)

@@ -1,4 +1,4 @@
-"""Things to run come in; how long each took, round by round, comes out: all have the same weather."""
+"""Times several functions in interleaved rounds, so that all run under the same conditions."""
 
 import gc
 from collections.abc import Callable, Mapping
@@ -9,14 +9,14 @@ from benchmarks.section import Ratio
 
 
 def race(runners: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Run all by turns, in every round in another order, without garbage collection.
+    """Time functions in interleaved rounds, each round in another order, without garbage collection.
 
     Args:
-        runners: by name.
-        rounds: how often each is timed, after one run that is not.
+        runners: name -> function.
+        rounds: how often each is timed, after one run that is not timed.
 
     Returns:
-        The seconds of each, round by round.
+        Name -> the seconds of each round.
     """
     names = list(runners)
     for name in names:
@@ -42,7 +42,7 @@ def timed(run: Callable[[], object]) -> float:
 
 
 def ratio(theirs: list[float], ours: list[float]) -> Ratio:
-    """Return how many times as long they took, from the quotients of the rounds."""
+    """Return how many times as long they took: the median and the quartiles of the quotients."""
     quotients = sorted(one / other for one, other in zip(theirs, ours, strict=True))
     if len(quotients) == 1:
         return Ratio(quotients[0], quotients[0], quotients[0])

@@ -1,4 +1,4 @@
-"""What the policy refuses, and how consent allows it: a robot never moves by accident."""
+"""The policy blocks a command that moves the robot, until consent allows it."""
 
 import asyncio
 import sys

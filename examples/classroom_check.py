@@ -1,4 +1,4 @@
-"""Before the lesson: are all robots there, charged, and on the same firmware? One line each."""
+"""Check before a lesson that all robots are reachable; print firmware and battery, one line per robot."""
 
 import asyncio
 import sys

@@ -1,4 +1,4 @@
-"""Sweep two robots at once and print the commands that only one of them has."""
+"""Sweep two robots at the same time and print the commands that only one of them has."""
 
 import asyncio
 import sys

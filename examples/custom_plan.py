@@ -1,4 +1,4 @@
-"""A plan of two stages, made in code: the second asks only what the first one suggests."""
+"""Run a plan with two stages, built in code: the second one depends on the findings of the first."""
 
 import asyncio
 import sys
@@ -10,7 +10,7 @@ BATTERY = Probe(Command(0x13, 0x10))
 
 
 def neighbours(findings: Sequence[Finding]) -> Iterator[Probe]:
-    """Look around every command that exists."""
+    """Probe the ids next to every command that exists."""
     for finding in findings:
         if finding.outcome is Outcome.EXISTS:
             did, cid, *_ = finding.command
@@ -18,7 +18,9 @@ def neighbours(findings: Sequence[Finding]) -> Iterator[Probe]:
 
 
 async def main(device: str = "fake:bolt-plus") -> None:
-    plan = Plan("around_the_battery", "what lies next to the battery", stages=[[BATTERY], neighbours])
+    plan = Plan(
+        "around_the_battery", "the commands next to battery percentage", stages=[[BATTERY], neighbours]
+    )
     async with connect(device) as robot:
         run = await robot.run(plan).collect()
     for finding in run.existing:

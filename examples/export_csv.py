@@ -1,4 +1,4 @@
-"""Sweep a device, keep the journal, and write what it holds as CSV on standard output."""
+"""Sweep a device into a journal, and print the journal as CSV."""
 
 import asyncio
 import csv

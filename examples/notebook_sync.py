@@ -1,4 +1,4 @@
-"""The API without async, as in a notebook: each block could be a cell."""
+"""Use the API without async, as in a notebook: each block could be a cell."""
 
 import sys
 

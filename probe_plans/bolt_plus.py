@@ -1,7 +1,7 @@
-"""Every candidate of the BOLT+ reference: what is said to work, and the BOLT's matrix on both nodes.
+"""Every command in the BOLT+ reference, and the matrix commands of the BOLT on both nodes.
 
-The BOLT+ has no node 0x12; a matrix command sent there should come back with 0x09, bad target id. Nothing
-here moves or lights anything: setters are asked at a length that they do not take.
+The BOLT+ has no node 0x12, so a matrix command sent there should fail with 0x09, bad target id. Nothing moves
+or lights up: setters are sent at a length that they do not accept.
 """
 
 from sphero_probe import Command, Plan, Probe
@@ -23,7 +23,7 @@ MATRIX = [0x2F, 0x2D, 0x3B, 0x42, 0x3E, 0x3D]  # one colour, pixel, text, charac
 
 PLAN = Plan(
     name="bolt_plus",
-    summary="every candidate of the BOLT+ reference, matrix commands on both nodes",
+    summary="every command in the BOLT+ reference, matrix commands on both nodes",
     robots=("bolt-plus",),
     stages=[
         [Probe(Command(did, cid, b"", PRIMARY)) for did, cid in READS],

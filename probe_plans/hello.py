@@ -1,10 +1,10 @@
-"""Say hello: wake the robot, hear an echo, ask who it is. The shortest plan, and a template for yours."""
+"""Wake the robot, send an echo, read the firmware version and the battery. A template for your own plan."""
 
 from sphero_probe import Command, Plan, Probe
 
 PLAN = Plan(
     name="hello",
-    summary="wake, echo, and who are you",
+    summary="wake the robot, echo, firmware version, battery",
     stages=[
         [
             Probe(Command(0x13, 0x0D)),  # power.wake

@@ -1,6 +1,6 @@
-"""Which lamp commands exist: the widths of the LED mask, and others of device 0x1A.
+"""Which LED commands exist: the widths of the LED mask, and animations, all of device 0x1A.
 
-Nothing lights up: a setter is asked at a length that it does not take. ``sphero-probe led`` lights lamps.
+Nothing lights up: setters are sent at a length that they do not accept. ``sphero-probe led`` sets LEDs.
 """
 
 from sphero_probe import Command, Plan, Probe
@@ -10,7 +10,7 @@ ANIMATIONS = (0x04, 0x19, 0x2F, 0x4E)
 
 PLAN = Plan(
     name="leds",
-    summary="which lamp commands exist, without lighting one",
+    summary="which LED commands exist, without lighting one",
     stages=[
         [Probe(Command(0x1A, cid)) for cid in MASKS],
         [Probe(Command(0x1A, cid)) for cid in ANIMATIONS],

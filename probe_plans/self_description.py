@@ -1,4 +1,4 @@
-"""What the robot claims to have: 10/05 lists its devices, then 10/06 lists the commands of each."""
+"""The devices and commands that the robot claims to have: 10/05 lists devices, 10/06 the commands of each."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,7 +9,7 @@ SUPPORTED_CIDS = 0x06
 
 
 def ask_each_device(findings: Sequence[Finding]) -> Iterator[Probe]:
-    """Ask for the commands of every device that the robot named."""
+    """Ask for the commands of every device that the robot listed."""
     for finding in findings:
         exchange = finding.exchange
         if finding.command[:2] == SUPPORTED_DIDS[:2] and isinstance(exchange, Answered):

@@ -1,4 +1,4 @@
-"""What the robot knows about itself: device 0x11; unknown neighbours of its config writes are skipped."""
+"""Versions, addresses and configuration: device 0x11. Unknown ids next to its writes are skipped."""
 
 from sphero_probe import Plan, sweep
 

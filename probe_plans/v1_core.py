@@ -1,6 +1,6 @@
 """The core of a first-generation robot: device 0x00, with names, power, Bluetooth and diagnostics.
 
-The bootloader, device 0x01, is not asked at all.
+The plan sends nothing to the bootloader, device 0x01.
 """
 
 from sphero_probe import Plan, sweep

@@ -1,41 +1,42 @@
-"""Every exception of this tool, and the exit code that each one stands for.
+"""Every exception of this tool, with its exit code.
 
 ::
 
     SpheroProbeError                1    failure
-    ├── UsageError                  2    the command line makes no sense
+    ├── UsageError                  2    the command line or an argument is wrong
     ├── RobotNotFoundError          3    no such robot, or several
     ├── ConnectionFailedError       4    could not connect
-    │   ├── LastingFailureError     4    could not connect, and another attempt would end the same
-    │   ├── NoAnswerError           4    connected, but the robot answers nothing at all
+    │   ├── LastingFailureError     4    could not connect, and a retry would not help
+    │   ├── NoAnswerError           4    connected, but the robot never answers
     │   └── LinkLostError           4    the connection was lost
-    ├── IncompleteError             5    part of what was asked is missing
+    ├── IncompleteError             5    part of the result is missing
     ├── RefusedByPolicyError        6    consent is missing
-    ├── CommandFailedError          7    the one command that was sent did not succeed
-    │   ├── RobotRefusedError       7    the robot answered it with an error code
+    ├── CommandFailedError          7    the command did not succeed
+    │   ├── RobotRefusedError       7    the robot rejected it with an error code
     │   └── CommandSilentError      7    the robot answers other commands, but not this one
     ├── BadInputFileError           8    a plan, capture or journal that cannot be used
-    │   └── BadLineError            8    one line of a journal; the reader adds file and line number
+    │   └── BadLineError            8    a bad line in a journal; the reader adds file and line number
     ├── UnavailableError            9    no Bluetooth, no serial port here
     │   └── NoSuchAdapterError      9    no Bluetooth adapter of that name
     ├── OutputError                 10   standard output or a file cannot be written
     └── InUseError                  11   the journal is in use by another process
 
-    InterruptedRunError             128 + the signal's number; not an error, so no SpheroProbeError
+    InterruptedRunError             128 + the signal's number; not an error, so not a SpheroProbeError
 
-What a robot does wrong is data (``Malformed``, ``Silent``, a finding), never one of these. One exception is
-defined elsewhere: the plan loader's private time limit, a ``BaseException`` that a plan's own
-``except Exception`` cannot catch; it never leaves that module.
+Faults of a robot are data (``Malformed``, ``Silent``, a finding), never exceptions. One exception is defined
+elsewhere: the plan loader's private time limit, a ``BaseException``, so that ``except Exception`` in a plan
+    does
+not catch it; it never leaves that module.
 """
 
 from collections.abc import Iterable
 
 
 class SpheroProbeError(Exception):
-    """Anything this tool can explain in a line or two.
+    """A failure that this tool can explain in a line or two.
 
     Attributes:
-        exit_code: what the process returns when this reaches the top.
+        exit_code: the exit code of the process if this exception ends it.
         hint: what to do next, or an empty string.
     """
 
@@ -47,7 +48,7 @@ class SpheroProbeError(Exception):
 
 
 class UsageError(SpheroProbeError):
-    """The command line, a device address or an argument makes no sense."""
+    """The command line, a device address or an argument is wrong."""
 
     exit_code = 2
 
@@ -65,11 +66,11 @@ class ConnectionFailedError(SpheroProbeError):
 
 
 class LastingFailureError(ConnectionFailedError):
-    """Connecting failed for a reason that another attempt does not change."""
+    """Connecting failed for a reason that a retry does not change."""
 
 
 class NoAnswerError(ConnectionFailedError):
-    """The connection works, but the robot answers nothing at all."""
+    """The connection works, but the robot never answers."""
 
 
 class LinkLostError(ConnectionFailedError):
@@ -77,7 +78,7 @@ class LinkLostError(ConnectionFailedError):
 
 
 class IncompleteError(SpheroProbeError):
-    """Part of what was asked could not be found out; what was found is shown."""
+    """Part of the result is missing; the rest is shown."""
 
     exit_code = 5
 
@@ -89,17 +90,17 @@ class RefusedByPolicyError(SpheroProbeError):
 
 
 class CommandFailedError(SpheroProbeError):
-    """The one command that was sent did not succeed."""
+    """The command did not succeed."""
 
     exit_code = 7
 
 
 class RobotRefusedError(CommandFailedError):
-    """The robot answered a command with an error code."""
+    """The robot rejected the command with an error code."""
 
 
 class CommandSilentError(CommandFailedError):
-    """The robot did not answer this command, although it answers others."""
+    """The robot did not answer this command, but it answers others."""
 
 
 class BadInputFileError(SpheroProbeError):
@@ -109,7 +110,7 @@ class BadInputFileError(SpheroProbeError):
 
 
 class BadLineError(BadInputFileError):
-    """A line of a journal that this tool cannot have written; the text says why."""
+    """A line of a journal is not one that this tool writes; the message says why."""
 
 
 class UnavailableError(SpheroProbeError):
@@ -119,13 +120,13 @@ class UnavailableError(SpheroProbeError):
 
 
 class NoSuchAdapterError(UnavailableError):
-    """The Bluetooth adapter that was asked for does not exist.
+    """The requested Bluetooth adapter does not exist.
 
     Attributes:
-        name: the adapter as it was asked for.
+        name: the requested adapter.
     """
 
-    def __init__(self, name: str, hint: str = "see which there are: bluetoothctl list") -> None:
+    def __init__(self, name: str, hint: str = "list the adapters with: bluetoothctl list") -> None:
         super().__init__(f"there is no Bluetooth adapter {name}", hint)
         self.name = name
 
@@ -143,11 +144,11 @@ class InUseError(SpheroProbeError):
 
 
 class InterruptedRunError(Exception):
-    """A signal ended the run after it was stopped cleanly.
+    """A signal stopped the run cleanly.
 
     Attributes:
         number: the signal.
-        exit_code: what the process returns, as shells report a signal.
+        exit_code: the exit code of the process, by the convention of shells.
     """
 
     def __init__(self, number: int) -> None:
@@ -157,7 +158,7 @@ class InterruptedRunError(Exception):
 
 
 def nearest(word: str, known: Iterable[str], *, count: int = 1) -> list[str]:
-    """Return the known words that a mistyped one was probably meant for.
+    """Return the known words that are most similar to a mistyped one.
 
     Args:
         word: what was typed.
@@ -165,7 +166,7 @@ def nearest(word: str, known: Iterable[str], *, count: int = 1) -> list[str]:
         count: how many to return at most.
 
     Returns:
-        The most similar first; empty where none is similar.
+        The most similar first; empty if none is similar.
     """
     from difflib import get_close_matches  # noqa: PLC0415 - slow to import, and needed only after a mistake
 
@@ -173,12 +174,12 @@ def nearest(word: str, known: Iterable[str], *, count: int = 1) -> list[str]:
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
-    """Return the hint for a word that does not exist: the nearest one, or all that exist.
+    """Return the hint for an unknown word: the most similar known one, or a list of all.
 
     Args:
         word: what was typed.
         known: the words that exist.
-        otherwise: the hint where none is similar, None to list all that exist.
+        otherwise: the hint if none is similar; None lists all that exist.
     """
     known = list(known)
     for near in nearest(word, known):

@@ -12,9 +12,9 @@
 In a notebook, ``robot = sphero_probe.sync.connect(…)`` stays open over several cells, until
 ``robot.close()``.
 
-The robot's event loop runs in one background thread, so that this also works where a loop is running already,
-as in Jupyter, and so that the link is served between two cells. Each method waits for what its async twin of
-``ConnectedRobot`` returns; Ctrl-C cancels it.
+The robot's event loop runs in a background thread. So this also works where a loop is already running, as in
+Jupyter, and the link stays alive between two cells. Each method waits for the result of the method of the
+same name of ``ConnectedRobot``; Ctrl-C cancels it.
 """
 
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Iterator
@@ -52,7 +52,7 @@ class SyncRunningPlan:
 
     @property
     def result(self) -> Run:
-        """What was found so far; all of it once the loop has ended."""
+        """The results so far; complete once the loop has ended."""
         return self._running.result
 
     def __iter__(self) -> Iterator[Finding]:
@@ -60,18 +60,18 @@ class SyncRunningPlan:
         return self._portal.iterate(aiter(self._running))
 
     def records(self) -> Iterator[Record]:
-        """Run the plan and yield everything: a heading, findings and notes as they come, a summary."""
+        """Run the plan and yield everything: a heading, findings and notes as they arrive, a summary."""
         return self._portal.iterate(self._running.records())
 
     def collect(self) -> Run:
-        """Run the plan to its end and return all that was found."""
+        """Run the plan to its end and return the results."""
         return self._portal.run(self._running.collect())
 
 
 def _waiting(
     method: Callable[Concatenate[ConnectedRobot, P], Coroutine[Any, Any, T]],
 ) -> Callable[Concatenate["SyncRobot", P], T]:
-    """Return a method that waits for the result of its async twin."""
+    """Return a method that waits for the result of an async method."""
 
     @wraps(method)
     def call(self: "SyncRobot", /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -83,7 +83,7 @@ def _waiting(
 def _running(
     method: Callable[Concatenate[ConnectedRobot, P], RunningPlan],
 ) -> Callable[Concatenate["SyncRobot", P], SyncRunningPlan]:
-    """Return a method that returns its twin's plan without ``async``."""
+    """Return a method that returns the plan of another method without ``async``."""
 
     @wraps(method)
     def call(self: "SyncRobot", /, *args: P.args, **kwargs: P.kwargs) -> SyncRunningPlan:
@@ -93,15 +93,15 @@ def _running(
 
 
 class SyncRobot:
-    """A robot at the other end of an open link: ``ConnectedRobot`` without ``async``.
+    """A connected robot: ``ConnectedRobot`` without ``async``.
 
-    Use it in a ``with`` block, or call ``close``; it is closed at the latest when the program ends.
+    Use it in a ``with`` block, or call ``close``; otherwise it is closed when the program ends.
     """
 
     def __init__(
         self, robot: ConnectedRobot, portal: Portal, close: Callable[[], None] = lambda: None
     ) -> None:
-        """Take a connected robot, the way to its event loop, and what disconnects it."""
+        """Wrap a connected robot; ``portal`` leads to its event loop, ``close`` disconnects it."""
         self._robot = robot
         self._portal = portal
         self._close = finalize(self, close)
@@ -115,7 +115,7 @@ class SyncRobot:
         self.close()
 
     def close(self) -> None:
-        """Stop the motors, where they were allowed, and disconnect; may be called again."""
+        """Stop the motors, if motion was allowed, and disconnect; may be called again."""
         self._close()
 
     def __repr__(self) -> str:
@@ -132,22 +132,22 @@ class SyncRobot:
 
     @property
     def name(self) -> str:
-        """The advertised name, or the address where it has none; a stranger's text."""
+        """The advertised name, or the address if it has none; untrusted text."""
         return self._robot.name
 
     @property
     def address(self) -> str:
-        """Where it was reached, as ``connect`` takes it."""
+        """The device address, as ``connect`` takes it."""
         return self._robot.address
 
     @property
     def model(self) -> Robot | None:
-        """The model: its ``key``, ``name``, ``nodes`` and LEDs; None where nothing tells it."""
+        """The model: its ``key``, ``name``, ``nodes`` and LEDs; None if it is not known."""
         return self._robot.model
 
     @property
     def generation(self) -> Generation:
-        """The protocol that it speaks."""
+        """The protocol that it uses."""
         return self._robot.generation
 
     @property
@@ -157,14 +157,14 @@ class SyncRobot:
 
     @property
     def leds(self) -> tuple[str, ...]:
-        """The names of its LEDs, for ``set_led``; empty where no LEDs are known."""
+        """The names of its LEDs, for ``set_led``; empty if they are not known."""
         return self._robot.leds
 
     def notifications(self, *, seconds: float | None = None) -> Iterator[DecodedPacket]:
         """Listen to what the robot sends by itself, from this call on.
 
         Args:
-            seconds: end after so much time; None waits for the next one for ever.
+            seconds: end after this time; None never ends.
         """
 
         async def listen() -> AsyncIterator[DecodedPacket]:
@@ -183,7 +183,7 @@ def connect(
 ) -> SyncRobot:
     """Connect to a robot and return it; the arguments and errors are those of ``sphero_probe.connect``.
 
-    Leaving the ``with`` block, or ``close``, stops the robot's motors, where they were allowed, and
+    Leaving the ``with`` block, or ``close``, stops the robot's motors, if motion was allowed, and
     disconnects.
     """
     opened = connecting.connect(
@@ -196,7 +196,7 @@ def connect(
 
 
 def _function(function: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
-    """Return a function that waits for the result of its async twin."""
+    """Return a function that waits for the result of an async function."""
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:

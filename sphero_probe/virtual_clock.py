@@ -1,26 +1,26 @@
-"""An event loop on which time passes without waiting, for tests of slow links and of timeouts."""
+"""An event loop whose time passes without waiting, for tests of slow links and of timeouts."""
 
 import asyncio
 import selectors
 from typing import Final
 
 A_MONTH: Final = 30 * 86400.0
-"""Seconds after which a loop on which nothing else happens is given up."""
+"""Seconds of virtual time after which the loop raises an error."""
 
 
 class _Selector(selectors.DefaultSelector):
-    """Instead of waiting for a timer it moves the clock to that timer."""
+    """Does not wait for the next timer, but moves the clock to it."""
 
     def __init__(self) -> None:
         super().__init__()
         self.now = 0.0
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """Return what is ready now; where nothing is, let the time until the next timer pass at once."""
+        """Return the events that are ready; if there are none, move the clock to the next timer."""
         events = super().select(0)
         if not events:
             if timeout is None:
-                raise RuntimeError("everything waits, and no timer is set that could end it")
+                raise RuntimeError("every task waits, and no timer is set")
             self.now += timeout
             if timeout and self.now > A_MONTH:
                 raise RuntimeError("nothing happened for a month")
@@ -30,8 +30,8 @@ class _Selector(selectors.DefaultSelector):
 class VirtualClock(asyncio.SelectorEventLoop):
     """A loop whose clock starts at 0 s and jumps from timer to timer.
 
-    Pass it as ``loop_factory`` to ``asyncio.Runner``. It suits what runs in this process, such as the
-    built-in robot; real I/O is slower than this clock.
+    Pass it as ``loop_factory`` to ``asyncio.Runner``. Use it with code that runs in this process, such
+    as the built-in robot; real I/O is slower than this clock.
     """
 
     def __init__(self) -> None:

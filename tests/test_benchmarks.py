@@ -1,4 +1,4 @@
-"""The benchmark runs, its corpora say what they are said to, and it tells who lost what."""
+"""The benchmark runs, its simulated traffic is as described, and it reports which peer lost what."""
 
 import json
 import subprocess
@@ -40,9 +40,9 @@ def test_the_codec_section_runs_and_names_every_peer(capsys: pytest.CaptureFixtu
         assert line["ratio"]["median"] > 1
         assert not line["lost"]
     assert any("encode" in line["what"] for line in lines)
-    beside_damage = [line for line in lines if "damaged" in line["what"]]
-    assert all(line["lost"] and line["ratio"] is None for line in beside_damage)
-    assert all("we recovered 100 %" in line["note"] for line in beside_damage if line["what"][:2] == "V2")
+    damaged_lines = [line for line in lines if "damaged" in line["what"]]
+    assert all(line["lost"] and line["ratio"] is None for line in damaged_lines)
+    assert all("we recovered 100 %" in line["note"] for line in damaged_lines if line["what"][:2] == "V2")
 
 
 def test_the_quick_benchmark_is_a_command() -> None:
@@ -66,7 +66,7 @@ def test_what_cannot_be_measured_is_refused(arguments: list[str], capsys: pytest
     assert arguments[1] in capsys.readouterr().err or arguments[1] == "0"
 
 
-def test_the_text_tells_bars_and_losses(
+def test_the_text_shows_targets_and_losses(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     entries: list[Line | Remark] = [
@@ -81,13 +81,13 @@ def test_the_text_tells_bars_and_losses(
     remark, met, missed, lossy = capsys.readouterr().out.splitlines()[-4:]
     assert remark.strip() == "what is simulated"
     assert "3.0x [2.0-4.0]" in met
-    assert "bar 2.5x met" in met
-    assert "bar 2.5x missed" in missed
+    assert "target 2.5x met" in met
+    assert "target 2.5x missed" in missed
     assert "7 of 9 frames" in lossy
     assert "met" not in lossy
 
 
-def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_peer_is_named_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name}", name=name)
 
@@ -99,7 +99,7 @@ def test_a_peer_that_is_missing_is_named_with_what_brings_it(monkeypatch: pytest
     assert all("we recovered 100 %" in row.note for row in rows)
 
 
-def test_who_loses_frames_is_told() -> None:
+def test_a_peer_that_loses_frames_is_reported() -> None:
     def deaf(chunks: list[bytes], take: peers.Take) -> None:
         peers.ours(Generation.V2).read(chunks[1:], take)
 
@@ -107,8 +107,8 @@ def test_who_loses_frames_is_told() -> None:
     poor = peers.ours(Generation.V2)._replace(name="a deaf peer", read=deaf)
     assert codec._loss(corpus, 244, peers.ours(Generation.V2)) == ""
     assert codec._loss(corpus, 244, poor).endswith("of 200 frames, 0 wrong")
-    assert codec._misspelt(poor, commands(20)) == ""
-    assert codec._misspelt(poor._replace(encode=lambda _: [b""]), commands(20))
+    assert codec._encode_errors(poor, commands(20)) == ""
+    assert codec._encode_errors(poor._replace(encode=lambda _: [b""]), commands(20))
 
 
 def test_the_plain_decoders_read_the_corpora() -> None:
@@ -136,15 +136,15 @@ def test_a_corpus_is_the_same_for_the_same_seed() -> None:
 
 def test_damage_leaves_the_good_frames_whole() -> None:
     corpus = second_generation(500)
-    spoilt = damaged(corpus, 0.1)
-    assert 420 < len(spoilt.packets) < 480
+    corpus_with_damage = damaged(corpus, 0.1)
+    assert 420 < len(corpus_with_damage.packets) < 480
     at = 0
-    for packet in spoilt.packets:
+    for packet in corpus_with_damage.packets:
         frame = V2.frame_of(packet)
-        at = spoilt.stream.index(frame, at) + len(frame)
+        at = corpus_with_damage.stream.index(frame, at) + len(frame)
 
 
-def test_all_run_by_turns() -> None:
+def test_rounds_are_interleaved() -> None:
     order: list[str] = []
     seconds = race({name: partial(order.append, name) for name in "abc"}, 3)
     assert "".join(order) == "abc" + "abc" + "bca" + "cab"
@@ -184,7 +184,7 @@ def test_no_answer_is_taken_for_silence_on_any_modelled_link(
 @pytest.mark.parametrize(("interval", "per_event"), sweep.LINKS)
 @pytest.mark.unmeasured
 def test_a_sweep_of_whole_devices_comes_near_its_link(interval: float, per_event: int) -> None:
-    """On a virtual clock: the same on every machine, however busy."""
+    """On a virtual clock: the same on every machine, even a busy one."""
     cell = sweep.Cell(interval, per_event, *sweep.USUAL, 0.0)
     swept = sweep.sweep_of(cell, range(0x40, 0x48), 0)
     assert swept.seconds / swept.limit < sweep.MOST_ALL

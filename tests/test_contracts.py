@@ -1,4 +1,4 @@
-"""The architecture holds: layers import one way, and what starts quickly stays light."""
+"""The architecture: layers import one way, and commands that must start quickly import little."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The pages in docs/ agree with the code: the reference is complete, the floor plan is the real one."""
+"""The pages in docs/, compared with the code: the reference is complete, the floor plan is right."""
 
 import re
 import tomllib
@@ -18,7 +18,7 @@ REFERENCE = commands()
 
 
 def section(command: str) -> str:
-    """Return what the reference says of a command, without what it says of its subcommands."""
+    """Return the section of a command in the reference, without its subcommands."""
     return REFERENCE.split(f"\n## {command}\n")[1].split("\n## ")[0]
 
 

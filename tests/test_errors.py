@@ -1,4 +1,4 @@
-"""The exceptions: all in one module, drawn truly, one exit code per branch; and hints for mistyped words."""
+"""The exceptions: one module, a correct tree, one exit code per branch; and hints for mistyped words."""
 
 import ast
 import re
@@ -15,12 +15,12 @@ PRIVATE = {"_TooLong"}
 
 
 def branches(kind: type[SpheroProbeError], depth: int = 0) -> list[tuple[int, str, int]]:
-    """Depth, name and exit code of a class and all below it, in the order of definition."""
+    """Depth, name and exit code of a class and its subclasses, in the order of definition."""
     below = [line for child in kind.__subclasses__() for line in branches(child, depth + 1)]
     return [(depth, kind.__name__, kind.exit_code), *below]
 
 
-def test_the_tree_is_drawn_as_it_is() -> None:
+def test_the_tree_in_the_docstring_is_right() -> None:
     drawn = re.findall(r"^    ([│├└─ ]*)(\w+Error) +(\d+)  ", errors.__doc__ or "", re.MULTILINE)
     assert [(len(indent) // 4, name, int(code)) for indent, name, code in drawn] == branches(SpheroProbeError)
 
@@ -32,7 +32,7 @@ def test_a_branch_has_one_exit_code_of_its_own() -> None:
         assert {code for _, _, code in branches(kind)} == {kind.exit_code}
 
 
-def test_every_exception_of_the_package_stands_in_the_tree() -> None:
+def test_every_exception_of_the_package_is_in_the_tree() -> None:
     elsewhere = set()
     for file in PACKAGE.rglob("*.py"):
         if file.name == "errors.py":

@@ -1,4 +1,4 @@
-"""The pages in docs and the scripts in examples run as they stand."""
+"""The pages in docs/ and the scripts in examples/ run unchanged."""
 
 import os
 import re
@@ -25,7 +25,7 @@ SAYS = {
     "decode_capture": ["v2 response power.get_battery_percentage {'percentage': 95}", "v1 command core.ping"],
     "export_csv": ["did,cid,name,outcome,code,payload", "17,0,system_info.get_main_app_version,exists,0,"],
     "notebook_sync": ["BP-BE56 Sphero BOLT+", "49 %", "power.get_charger_state {'state': 'charged'}"],
-    "set_lamps": ["RV-B9D8 has the LEDs right_headlight, left_headlight"],
+    "set_leds": ["RV-B9D8 has the LEDs right_headlight, left_headlight"],
     "sweep_device": ["0x13:0x10  power.get_battery_percentage {'percentage': 49}"],
     "watch_notifications": ["sensor.sensor_streaming_data_notify {'accelerometer_x': -0.01"],
 }

@@ -1,4 +1,4 @@
-"""The README and the pages in docs/ keep their promises: every command line runs, every command is shown."""
+"""The README and the pages in docs/: every command line runs, and every command is shown."""
 
 import re
 import shlex
@@ -19,7 +19,7 @@ PAGES = {"README.md": README} | {
     f"docs/{path.name}": path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("*.md"))
 }
 LINE = re.compile(r"^(?:\$|\s+- run:) sphero-probe (.+)$", re.MULTILINE)
-"""In a transcript, or in the steps of a workflow file."""
+"""A command line in a transcript, or in the steps of a workflow file."""
 LINES = {line: page for page, text in reversed(PAGES.items()) for line in LINE.findall(text)}
 """Command line -> the first page that shows it."""
 SETUP = re.findall(r"^python3 -m venv .+$", README, re.MULTILINE)
@@ -62,16 +62,16 @@ def test_the_two_setup_lines_are_those_that_ci_runs() -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_stands_in_it(command: str) -> None:
+def test_every_command_is_in_it(command: str) -> None:
     assert f"$ sphero-probe {command}" in README
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_every_key_of_the_fake_stands_in_it(key: str) -> None:
+def test_every_key_of_the_fake_is_in_it(key: str) -> None:
     assert f"`{key}=" in README or f"`{key}" in README
 
 
-def test_every_exit_code_stands_in_it() -> None:
+def test_every_exit_code_is_in_it() -> None:
     def codes(kind: type[SpheroProbeError]) -> set[int]:
         return {kind.exit_code}.union(*map(codes, kind.__subclasses__()))
 

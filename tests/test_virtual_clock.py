@@ -1,4 +1,4 @@
-"""The virtual clock: time passes without waiting, and a loop that can never go on is an error."""
+"""The virtual clock: time passes without waiting, and a loop that waits for nothing is an error."""
 
 import asyncio
 import time
@@ -9,7 +9,7 @@ from sphero_probe.virtual_clock import A_MONTH, VirtualClock
 
 
 def run_on_clock(seconds: float) -> tuple[float, float]:
-    """Sleep on a virtual clock; return its time and the time that really passed."""
+    """Sleep on a virtual clock; return its time and the real time that passed."""
 
     async def sleep() -> float:
         await asyncio.sleep(seconds)
@@ -42,7 +42,7 @@ def test_waiting_for_what_never_comes_is_an_error() -> None:
 
     loop = VirtualClock()
     try:
-        with pytest.raises(RuntimeError, match="everything waits"):
+        with pytest.raises(RuntimeError, match="every task waits"):
             loop.run_until_complete(never())
     finally:
         loop.close()

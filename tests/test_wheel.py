@@ -1,4 +1,4 @@
-"""The wheel, installed elsewhere, is the whole tool: commands, plans, completion, a sweep."""
+"""The wheel, installed elsewhere, is the complete tool: commands, plans, completion, a sweep."""
 
 import json
 import os
@@ -38,7 +38,7 @@ def run(*words: str | Path, cwd: Path, site: Path | None = None) -> str:
 
 
 def pythons() -> list[str]:
-    """Name this interpreter and the others of the machine that could run the tool."""
+    """Return this interpreter and the others on the machine that can run the tool."""
     found = [shutil.which(f"python3.{minor}") for minor in range(11, 15) if minor != sys.version_info[1]]
     return [sys.executable, *filter(None, found)]
 

@@ -1,4 +1,4 @@
-"""The answer to one command, as ``robot.send`` returns it."""
+"""The answer to one command, which ``robot.send`` returns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,19 +20,19 @@ class Answer(NamedFields):
     is also an attribute below.
 
     Attributes:
-        command: what was sent, with its node.
-        name: the command's name in the catalogue, None where no catalogue knows it.
-        ok: the robot answered success.
-        outcome: what the answer says about the command: ``exists``, ``absent``, ``silent``, ``skipped`` (our
-            policy blocked it) or ``inconclusive``.
-        code: the code that the robot answered, 0-255; None without an answer.
+        command: the command that was sent, with its node.
+        name: the command's name in the catalogue, None where it has none.
+        ok: whether the robot reported success.
+        outcome: what the answer proves about the command: ``exists``, ``absent``, ``silent``, ``skipped``
+            (our policy blocked it) or ``inconclusive``.
+        code: the response code, 0-255; None without an answer.
         code_name: the code in words, empty without an answer.
         fields: the decoded fields of a successful answer; empty where no layout is known.
         units: field name -> its unit, for the fields that have one.
         payload: the data bytes of the answer, empty without an answer.
         rtt: seconds from sending to the answer, None without an answer.
-        note: what is worth a remark, or empty.
-        finding: the same as a finding of a run, with the exchange's frames.
+        note: a remark, or empty.
+        finding: the same as a finding of a run, with the frames of the exchange.
     """
 
     command: Command
@@ -50,11 +50,11 @@ class Answer(NamedFields):
 
     @classmethod
     def of(cls, finding: Finding, codec: Codec) -> Self:
-        """Return the answer that a finding holds.
+        """Return a finding as an answer.
 
         Args:
-            finding: of a command that was sent by itself.
-            codec: of the robot's protocol.
+            finding: the finding of a single command.
+            codec: the codec of the robot's protocol.
         """
         exchange = finding.exchange
         answered = exchange if isinstance(exchange, Answered) else None
@@ -76,7 +76,7 @@ class Answer(NamedFields):
         )
 
     def __str__(self) -> str:
-        """Say it in one line, text of the robot quoted."""
+        """Return one line of text; text from the robot is quoted."""
         name = self.name or f"0x{self.command.did:02x}:0x{self.command.cid:02x}"
         said = self.code_name or self.outcome.value
         values = (f"{key} {value!r} {self.units.get(key, '')}".rstrip() for key, value in self.fields.items())

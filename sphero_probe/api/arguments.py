@@ -1,4 +1,4 @@
-"""What a caller may write for a command, ids, a node or a colour: names and numbers in, values out."""
+"""Converts the arguments of API methods: commands, ids, nodes and colours, by name or by number."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -22,7 +22,7 @@ def command_of(
     payload: bytes | None,
     target: str | int | None,
 ) -> Command:
-    """Return the command that ``ConnectedRobot.send`` was asked for, with its node.
+    """Return the command that the arguments of ``ConnectedRobot.send`` name, with its node.
 
     Raises:
         UsageError: there is no such command or node, or the command takes arguments.
@@ -39,7 +39,7 @@ def command_of(
             ids = pair(what, connection.generation)
         case _:
             if cid is None:
-                raise UsageError("a DID alone is no command", "write: send(0x13, 0x10)")
+                raise UsageError("a DID alone is not a command", "write: send(0x13, 0x10)")
             ids = (what, cid)
     for one, word in zip(ids, ("DID", "CID"), strict=True):
         byte(str(one), word)
@@ -50,15 +50,15 @@ def command_of(
 
 
 def ids_of(ids: Ids, generation: Generation, *, devices: bool) -> tuple[int, ...]:
-    """Return the ids that were named, in order, each once.
+    """Return the named ids in order, each once.
 
     Args:
         ids: numbers, names, or ranges as text.
-        generation: whose names count.
-        devices: they are device ids, not command ids.
+        generation: the protocol that the names belong to.
+        devices: whether they are device ids rather than command ids.
 
     Raises:
-        UsageError: one makes no sense.
+        UsageError: one is not an id.
     """
     parts: Iterable[Any] = (ids,) if isinstance(ids, int | str) else ids
     return tuple(
@@ -80,7 +80,7 @@ def colour_of(color: str | Colour) -> Colour:
     """Return red, green and blue of a colour.
 
     Raises:
-        UsageError: it is none.
+        UsageError: it is not a colour.
     """
     if isinstance(color, str):
         return colour(color)
@@ -89,7 +89,7 @@ def colour_of(color: str | Colour) -> Colour:
 
 
 def how_to_allow(risk: Risk) -> str:
-    """Return what to write so that a class may be sent."""
+    """Return the hint that says how to allow a risk class."""
     if risk is Risk.BRICK:
         return "allow it with connect(…, consent=Consent.of(['brick'], confirm=NAME-OF-ROBOT))"
     return f"allow it with connect(…, consent=[{risk.word!r}])"

@@ -1,4 +1,4 @@
-"""From a device address to a connected robot."""
+"""Finds robots and connects to them: ``connect``, ``scan`` and ``discover``."""
 
 from collections.abc import AsyncIterator, Iterable
 from contextlib import asynccontextmanager, suppress
@@ -29,11 +29,11 @@ async def connect(
     """Connect to a robot; leaving the block stops its motors, where they were allowed, and disconnects.
 
     Args:
-        device: ``"BP-1234"``, a MAC address, ``"serial:/dev/ttyS0"``, ``"fake:bolt-plus"``, as ``--device``
-            of the command line takes it; empty for the only robot nearby.
+        device: ``"BP-1234"``, a MAC address, ``"serial:/dev/ttyS0"``, ``"fake:bolt-plus"``, as in
+            ``--device`` on the command line; empty for the only robot nearby.
         consent: what may be sent beyond documented reads and harmless probes: risk classes by name,
             ``["write", "motion"]``; or a ``Consent``, which ``brick`` needs with the robot's name.
-        timeout: seconds until a command counts as silent; None measures it.
+        timeout: seconds until a command counts as silent; None measures a suitable value.
         connect_timeout: seconds for scanning, and again for each step of connecting.
         adapter: the Bluetooth adapter, ``"hci1"``; empty for the system's choice.
 
@@ -53,7 +53,7 @@ async def connect(
 
 @asynccontextmanager
 async def connected(session: Session) -> AsyncIterator[ConnectedRobot]:
-    """Offer an open session as a connected robot."""
+    """Yield a connected robot for an open session."""
     async with Dispatcher(session) as dispatcher:
         runs = OpenRuns(session, dispatcher)
         try:
@@ -65,7 +65,7 @@ async def connected(session: Session) -> AsyncIterator[ConnectedRobot]:
 
 
 def consent_of(allowed: Consent | Iterable[str]) -> Consent:
-    """Return the default consent and the classes that were named.
+    """Return the default consent, plus the named risk classes.
 
     Raises:
         UsageError: there is no risk class of that name.
@@ -77,12 +77,12 @@ def consent_of(allowed: Consent | Iterable[str]) -> Consent:
 
 
 async def scan(timeout: float = 5.0, *, adapter: str = "", everything: bool = False) -> list[Seen]:
-    """Return the robots nearby, the strongest first, and then those that this machine is connected to.
+    """Return the robots nearby, the strongest signal first, then those that this machine is connected to.
 
     Args:
         timeout: seconds.
         adapter: the Bluetooth adapter, ``"hci1"``; empty for the system's choice.
-        everything: also what is no Sphero.
+        everything: also devices that are not Sphero robots.
 
     Raises:
         UnavailableError: no Bluetooth here.

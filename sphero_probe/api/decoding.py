@@ -1,4 +1,4 @@
-"""Bytes to packets with names and fields; no robot is needed."""
+"""Decodes bytes into packets with names and fields; no robot is needed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,14 +27,14 @@ class DecodedPacket(NamedFields):
     The decoded fields can be read by name: ``packet.percentage``, or ``packet["percentage"]``.
 
     Attributes:
-        generation: the protocol that it was read by.
+        generation: its protocol.
         kind: ``command``, ``response``, ``notification`` or ``malformed``.
         packet: its ids, codes and payload: a ``Request``, ``Response``, ``Notification`` or ``Malformed``.
-        name: of its command or notification in the catalogue, None where no catalogue knows the ids.
+        name: the name of its command or notification, None where the catalogue has none.
         fields: the decoded payload; empty where no layout is known.
         units: field name -> its unit, for the fields that have one.
         raw: the bytes of the whole frame.
-        note: what is wrong with a malformed packet, or what does not fit the layout; empty when all is well.
+        note: what is wrong with a malformed packet, or what does not match the layout; otherwise empty.
     """
 
     generation: Generation
@@ -54,13 +54,13 @@ class DecodedPacket(NamedFields):
         robot: Robot | None = None,
         streams: StreamDecoder | None = None,
     ) -> Self:
-        """Return a packet in the words of the catalogue.
+        """Return a packet with what the catalogue says about it.
 
         Args:
             packet: the packet.
-            generation: the protocol that it was read by.
-            robot: the model whose meaning of the ids counts, None where it is not known.
-            streams: what reads the robot's sensor streams, None where nobody followed its commands.
+            generation: its protocol.
+            robot: the model, None where it is not known.
+            streams: the decoder of the robot's sensor streams, None where its commands were not followed.
         """
         row, decoded = packet_meaning(packet, generation, robot, streams)
         problem = decoded.problem if decoded else ""
@@ -88,11 +88,11 @@ class DecodedPacket(NamedFields):
 
 
 def decode(data: bytes, generation: Generation | str | None = None) -> list[DecodedPacket]:
-    """Return the packets in some bytes, in order; bytes that are no packet become ``malformed``.
+    """Return the packets in some bytes, in order; bytes that are not a packet become ``malformed``.
 
     Args:
         data: one or more frames, of either direction, in one piece.
-        generation: ``"v1"`` or ``"v2"``; None tells the two apart, also within one input.
+        generation: ``"v1"`` or ``"v2"``; None detects it, also where both are mixed.
 
     Raises:
         ValueError: there is no generation of that name.
@@ -102,7 +102,7 @@ def decode(data: bytes, generation: Generation | str | None = None) -> list[Deco
         detected = [*detector.feed(data), *detector.end()]
     else:
         fixed = Generation(generation)
-        decoder = CODECS[fixed].decoder(Role.WITNESS)
+        decoder = CODECS[fixed].decoder(Role.OBSERVER)
         detected = [Detected(fixed, packet) for packet in (*decoder.feed(data), *decoder.give_up())]
     return [DecodedPacket.of(packet, spoken) for spoken, packet in detected]
 

@@ -1,11 +1,11 @@
-"""Reading a decoded payload by the names of its fields."""
+"""Access to the fields of a decoded payload by name."""
 
 from collections.abc import Mapping
 from typing import Any
 
 
 class NamedFields:
-    """Something with decoded fields: ``answer.percentage`` and ``answer["percentage"]`` read one of them.
+    """A value with decoded fields: ``answer.percentage`` and ``answer["percentage"]`` read one of them.
 
     Attributes:
         fields: field name -> value, as the catalogue's layout names them; empty where no layout is known.
@@ -26,7 +26,7 @@ class NamedFields:
             raise KeyError(f"no field {name!r}; {self._known()}") from None
 
     def __getattr__(self, name: str) -> Any:
-        """Return a field whose name is no attribute of its own.
+        """Return a field whose name is not an ordinary attribute.
 
         Raises:
             AttributeError: there is no field of that name.

@@ -1,4 +1,4 @@
-"""Notifications of a robot, decoded, for any number of listeners at once."""
+"""Delivers a robot's notifications, decoded, to any number of listeners."""
 
 import asyncio
 from collections import deque
@@ -14,13 +14,13 @@ from sphero_probe.protocol.packets import Notification, Verdict
 from sphero_probe.session.session import Session
 
 QUEUE: Final = 1000
-"""Notifications that wait for a listener; a sensor stream sends some 30 a second."""
+"""Most notifications that wait for a listener; a sensor stream sends about 30 per second."""
 
 
 class Notifications:
     """The notifications of one robot as they arrive, from the moment this object was made.
 
-    An async iterator. It ends when its time is up or the connection is left. Where the listener is too slow,
+    An async iterator. It ends when its time is up or the connection is closed. If the listener is too slow,
     the oldest waiting notifications are dropped and counted; the link never waits for a listener.
 
     Attributes:
@@ -32,7 +32,7 @@ class Notifications:
 
         Args:
             queue: how many notifications wait at most.
-            seconds: when to end, counted from now; None for no end. Needs a running event loop.
+            seconds: end after this time; None for no end. Needs a running event loop.
         """
         self.dropped = 0
         self._deadline = None if seconds is None else asyncio.get_running_loop().time() + seconds
@@ -48,8 +48,8 @@ class Notifications:
         """Wait for the next notification.
 
         Raises:
-            LinkLostError: the robot is gone; what came before that was returned first.
-            StopAsyncIteration: the time is up, or the connection was left.
+            LinkLostError: the connection is lost; earlier notifications are returned first.
+            StopAsyncIteration: the time is up, or the connection was closed.
         """
         while not self._waiting:
             if self._error:
@@ -65,28 +65,28 @@ class Notifications:
         return self._waiting.popleft()
 
     async def aclose(self) -> None:
-        """End it; what is waiting is forgotten."""
+        """End the iterator and discard the waiting notifications."""
         self._waiting.clear()
         self.end(None)
 
     def put(self, heard: DecodedPacket) -> None:
-        """Take in a notification; called by the link's side."""
+        """Add a notification; the dispatcher calls this."""
         if not self._ended:
             self.dropped += len(self._waiting) == self._waiting.maxlen
             self._waiting.append(heard)
             self._changed.set()
 
     def end(self, error: LinkLostError | None) -> None:
-        """Let it end after what is waiting; with an error where the robot is gone."""
+        """End the iterator after the waiting notifications; with an error if the connection is lost."""
         if not self._ended:
             self._ended, self._error = True, error
             self._changed.set()
 
 
 class Dispatcher:
-    """Hands every notification of a session to all who listen; use it as an async context manager.
+    """Passes every notification of a session to all listeners; use it as an async context manager.
 
-    It subscribes to the events of the link, which go on after a reconnect.
+    It subscribes to the events of the link, which continue after a reconnect.
     """
 
     def __init__(self, session: Session) -> None:
@@ -109,7 +109,7 @@ class Dispatcher:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Let every listener end."""
+        """End every listener."""
         self._closed = True
         for subscription in self._subscriptions:
             subscription.cancel()
@@ -119,17 +119,17 @@ class Dispatcher:
         self._end(None)
 
     def listen(self, queue: int, seconds: float | None) -> Notifications:
-        """Return a new listener; it is forgotten once the caller drops it."""
+        """Return a new listener; it is removed once the caller drops it."""
         made = Notifications(queue, seconds)
         self._listeners.add(made)
         return made
 
     def link_may_change(self) -> None:
-        """Take in that a running plan, or a reconnect, may replace a lost link."""
+        """Note that a running plan, or a reconnect, may replace a lost link."""
         self._stands.clear()
 
     def link_stands(self) -> None:
-        """Take in that nothing replaces the link any more: once it is lost, it stays so."""
+        """Note that nothing replaces a lost link any more."""
         self._stands.set()
         if not self._closed and (self._watching is None or self._watching.done()):
             self._watching = asyncio.create_task(self._watch(), name="link watch")
@@ -141,7 +141,7 @@ class Dispatcher:
             self._streams.executed(exchange.command)
 
     def _hear(self, received: UnsolicitedReceived) -> None:
-        """Decode a notification and hand it to all who listen; ignore late and malformed frames."""
+        """Decode a notification and pass it to all listeners; ignore late and malformed frames."""
         unsolicited = received.unsolicited
         if not isinstance(unsolicited, Notification) or not self._listeners:
             return
@@ -151,7 +151,7 @@ class Dispatcher:
             listener.put(heard)
 
     async def _watch(self) -> None:
-        """Let every listener end once the link is lost and nothing can open it again."""
+        """End every listener once the link is lost and nothing can open it again."""
         while True:
             link = self._session.link
             try:

@@ -1,4 +1,4 @@
-"""From ordinary code to an event loop: run coroutines, iterate, hold a connection open between two calls."""
+"""Lets ordinary code use an event loop: run coroutines, iterate, keep a connection open between calls."""
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterator
@@ -33,7 +33,7 @@ class BackgroundLoop:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Cancel what still runs, and end the thread."""
+        """Cancel the tasks that still run, and end the thread."""
         self._loop.call_soon_threadsafe(self._leave.set)
         self._thread.join()
 
@@ -56,10 +56,10 @@ class BackgroundLoop:
 
 
 class Portal:
-    """The way from ordinary code to a connection's event loop, until the connection is left."""
+    """Runs coroutines on a connection's event loop, until the connection is closed."""
 
     def __init__(self, runner: Runner) -> None:
-        """Take what runs the loop."""
+        """Use a runner, which runs the loop."""
         self._runner = runner
         self._closed = False
 
@@ -67,11 +67,11 @@ class Portal:
         """Run a coroutine on the loop and wait for its result.
 
         Raises:
-            LinkLostError: the connection was left.
+            LinkLostError: the connection was closed.
         """
         if self._closed:
             coro.close()
-            raise LinkLostError("the connection was left", "use the robot inside the with block")
+            raise LinkLostError("the connection was closed", "use the robot inside the with block")
         return self._runner.run(coro)
 
     def iterate(self, source: AsyncIterator[T]) -> Iterator[T]:
@@ -89,15 +89,15 @@ class Portal:
                 yield item
         finally:
             close = getattr(source, "aclose", None)
-            if close and not self._closed:  # leaving the connection has closed it already
+            if close and not self._closed:  # closing the connection has closed it already
                 self.run(_awaited(close()))
 
     @contextmanager
     def entered(self, context: AbstractAsyncContextManager[T]) -> Iterator[T]:
-        """Enter an async context manager, and leave it in the same task; nothing runs after that.
+        """Enter an async context manager, and leave it in the same task; then the portal is closed.
 
         Args:
-            context: what to enter; it is not told of errors of the block.
+            context: the context manager; it does not receive the errors of the block.
         """
         leave = asyncio.Event()
 

@@ -1,4 +1,4 @@
-"""A run with all that it found: of this process, or read from a journal file."""
+"""The results of a run, from this process or from a journal file."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -9,13 +9,13 @@ from sphero_probe.runs.store import find_journal
 
 
 class Run(NamedTuple):
-    """What a run found.
+    """The results of a run.
 
     Attributes:
-        heading: which robot was asked what; None while nothing was asked.
+        heading: the robot and the plan; None before the run has started.
         findings: one per probe, in the order of the probes.
-        notes: what was seen besides: notifications, late answers, malformed frames, calibration.
-        summary: counts and duration; None for a run that was cut off.
+        notes: other observations: notifications, late responses, malformed frames, calibration.
+        summary: counts and duration; None for a run that did not end.
     """
 
     heading: Heading | None = None
@@ -25,7 +25,7 @@ class Run(NamedTuple):
 
     @property
     def complete(self) -> bool:
-        """Whether everything was asked."""
+        """Whether all probes were sent."""
         return self.summary is not None and self.summary.complete
 
     @property
@@ -34,20 +34,19 @@ class Run(NamedTuple):
         return tuple(finding for finding in self.findings if finding.outcome is Outcome.EXISTS)
 
     def find(self, name: str) -> Finding | None:
-        """Return the last finding on a command by its catalogue name, None where there is none."""
+        """Return the last finding about a command, by its name in the catalogue, or None."""
         found = (finding for finding in reversed(self.findings) if finding.name == name)
         return next(found, None)
 
 
 def load_run(path: Path | str) -> Run:
-    """Return the run that a journal holds; a torn last line is skipped.
+    """Return the run in a journal; an incomplete last line is skipped.
 
     Args:
-        path: the journal's file, or as ``sphero-probe report`` takes it: a name in the folder of runs,
-            ``last``.
+        path: the journal's file; or a run name or ``last``, as in ``sphero-probe report``.
 
     Raises:
-        BadInputFileError: there is no such run, or the file is no journal.
+        BadInputFileError: there is no such run, or the file is not a journal.
     """
     recorded = read_journal(find_journal(str(path)))
     return Run(

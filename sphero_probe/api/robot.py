@@ -1,4 +1,4 @@
-"""The main class of the API: a robot at the other end of an open link."""
+"""The main class of the API: a connected robot."""
 
 from pathlib import Path
 
@@ -18,16 +18,16 @@ from sphero_probe.probing.plan import sweep as probes_of_sweep
 from sphero_probe.probing.plans.discovery import discovery
 from sphero_probe.probing.plans.shipped import find_plan, is_shipped
 from sphero_probe.protocol.packets import Command, Generation
-from sphero_probe.session.commands import lamp_commands, node
+from sphero_probe.session.commands import led_commands_for, node
 from sphero_probe.session.identify import read_firmware, wake
 from sphero_probe.session.session import Session
 
 
 class ConnectedRobot:
-    """A robot at the other end of an open link; ``sphero_probe.connect`` makes it.
+    """A connected robot; ``sphero_probe.connect`` returns one.
 
-    Everything that is sent passes the policy with the consent that ``connect`` was given. Several tasks may
-    use one robot at once.
+    Every command passes the policy, with the consent that was given to ``connect``. Several tasks may use one
+    robot at once.
     """
 
     def __init__(self, session: Session, dispatcher: Dispatcher, runs: OpenRuns) -> None:
@@ -40,22 +40,22 @@ class ConnectedRobot:
 
     @property
     def name(self) -> str:
-        """The advertised name, or the address where it has none; a stranger's text."""
+        """The advertised name, or the address if it has none; untrusted text."""
         return self._session.connection.name
 
     @property
     def address(self) -> str:
-        """Where it was reached, as ``connect`` takes it."""
+        """The device address, as ``connect`` takes it."""
         return self._session.connection.address
 
     @property
     def model(self) -> Robot | None:
-        """The model: its ``key``, ``name``, ``nodes`` and LEDs; None where nothing tells it."""
+        """The model: its ``key``, ``name``, ``nodes`` and LEDs; None if it is not known."""
         return self._session.connection.robot
 
     @property
     def generation(self) -> Generation:
-        """The protocol that it speaks."""
+        """The protocol that it uses."""
         return self._session.connection.generation
 
     @property
@@ -65,7 +65,7 @@ class ConnectedRobot:
 
     @property
     def leds(self) -> tuple[str, ...]:
-        """The names of its LEDs, for ``set_led``; empty where no LEDs are known."""
+        """The names of its LEDs, for ``set_led``; empty if they are not known."""
         table = self.model.leds if self.model else None
         return tuple(group.name for group in table.groups) if table else ()
 
@@ -73,7 +73,7 @@ class ConnectedRobot:
         """Ask for the firmware version of each node; a node that does not answer is left out.
 
         Raises:
-            LinkLostError: the robot is gone.
+            LinkLostError: the connection is lost.
         """
         await wake(self._session.link, self._session.target)
         return await read_firmware(self._session.link, self._session.target)
@@ -89,8 +89,8 @@ class ConnectedRobot:
     ) -> Answer:
         """Send one command and return its answer.
 
-        A command without an answer is sent again, after waking the robot, unless it may move it or change
-        what it keeps.
+        If the robot does not answer, it is woken and the command is sent again, unless the command may move
+        the robot or change what it stores.
 
         Args:
             what: a name of the catalogue, ``"power.get_battery_percentage"``; a DID; or a ``Command``.
@@ -98,7 +98,7 @@ class ConnectedRobot:
             payload: the argument bytes; None for a command that takes none.
             target: the node, ``"primary"`` or its address byte; ``"none"`` sends no address; None for the
                 node that serves the command.
-            check: raise where the command did not succeed; False returns that as an answer too.
+            check: raise an error if the command did not succeed; False returns an answer instead.
 
         Raises:
             UsageError: there is no such command or node, or the command takes arguments.
@@ -106,19 +106,19 @@ class ConnectedRobot:
             RobotRefusedError: the robot answered with an error.
             CommandSilentError: the robot answers other commands, but not this one.
             NoAnswerError: the robot answers nothing at all.
-            LinkLostError: the robot is gone.
+            LinkLostError: the connection is lost.
         """
         return await self._send(command_of(self._session.connection, what, cid, payload, target), check=check)
 
     async def set_led(self, name: str, color: str | Colour) -> Answer:
-        """Set a LED; this implies the class ``write``, for the LED's own command only.
+        """Set an LED; this allows the class ``write``, only for the LED's own command.
 
         Args:
             name: one of ``leds``, or another name of the robot's table such as ``headlights``.
             color: ``"ff0000"``, ``"f00"``, or red, green and blue from 0 to 255.
 
         Returns:
-            The last answer, where several LEDs share the name.
+            The last answer, if several LEDs share the name.
 
         Raises:
             UsageError: there is no such LED or colour.
@@ -127,11 +127,11 @@ class ConnectedRobot:
         return (await self._light({name.lower(): colour_of(color)}, off=False))[-1]
 
     async def set_leds(self, colors: dict[str, str | Colour], *, off: bool = False) -> list[Answer]:
-        """Set several LEDs in as few commands as the robot allows; this implies ``write``, for them only.
+        """Set several LEDs in as few commands as the robot allows; this allows ``write``, only for them.
 
         Args:
             colors: LED name -> colour.
-            off: also darken every LED that is not named.
+            off: also switch off every LED that is not named.
 
         Raises:
             UsageError: there is no such LED or colour, or nothing to set.
@@ -152,10 +152,10 @@ class ConnectedRobot:
 
         Args:
             did: device ids: ``0x13``, ``"power"``, ``"0x10-0x1a"``, ``[0x11, 0x13]``.
-            cid: command ids likewise.
+            cid: command ids, in the same forms.
             target: the node, ``"primary"`` or its address byte; None for the usual one.
-            payload: send exactly these bytes with every command; None asks documented reads properly and all
-                else at a length that no command takes.
+            payload: send exactly these bytes with every command; None sends documented reads with proper
+                arguments, and all others at a length that no command accepts.
             journal: the file of a new journal; None keeps none.
 
         Raises:
@@ -181,8 +181,8 @@ class ConnectedRobot:
 
         Args:
             did: the device ids to look at.
-            lengths: also find out which lengths a command takes, where consent covers executing it.
-            values: also try values, where one was refused.
+            lengths: also find out which lengths a command accepts, if consent covers executing it.
+            values: also try other values, if one was rejected.
             journal: the file of a new journal; None keeps none.
 
         Raises:
@@ -203,7 +203,7 @@ class ConnectedRobot:
         """Return a plan that runs while you iterate over it.
 
         Args:
-            plan: made in code; or a plan file, or the name of a plan that comes with the tool.
+            plan: a ``Plan``, a plan file, or the name of a plan that comes with the tool.
             target: the node for probes that name none; None for the usual one.
             journal: the file of a new journal; None keeps none.
 
@@ -222,9 +222,8 @@ class ConnectedRobot:
         """Listen to what the robot sends by itself, from this call on; most must be switched on by a command.
 
         Args:
-            seconds: end after so much time; None ends when the connection is left.
-            queue: how many wait for you at most. Beyond that the oldest are dropped and counted in
-                ``dropped``.
+            seconds: end after this time; None ends when the connection is closed.
+            queue: how many may wait. Beyond that, the oldest are dropped and counted in ``dropped``.
         """
         return self._dispatcher.listen(queue, seconds)
 
@@ -264,7 +263,7 @@ class ConnectedRobot:
 
     async def _light(self, wanted: dict[str, Colour], *, off: bool) -> list[Answer]:
         connection = self._session.connection
-        commands = lamp_commands(wanted, connection.robot, connection.port, None, off=off)
+        commands = led_commands_for(wanted, connection.robot, connection.port, None, off=off)
         if not commands:
             raise UsageError("no LED is named", "write: set_leds({'front': 'ff0000'})")
         with self._session.link.policy.implying(Risk.WRITE, *commands):

@@ -1,4 +1,4 @@
-"""A plan on its way: iterate over its findings, or collect them."""
+"""A running plan: iterate over its findings, or collect them."""
 
 import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
@@ -19,13 +19,13 @@ from sphero_probe.session.session import Session
 
 
 class Asked(NamedTuple):
-    """What a running plan asks.
+    """What a running plan does.
 
     Attributes:
-        command: the command line's word for it: ``sweep`` or ``discover``.
+        command: the name of the command on the command line: ``sweep`` or ``discover``.
         plan: the probes.
         target: the address byte of the node for probes that name none.
-        options: what ``sphero-probe … --resume`` needs to make the plan again.
+        options: what ``sphero-probe … --resume`` needs to rebuild the plan.
         journal: the file of a new journal; None keeps none.
     """
 
@@ -41,7 +41,7 @@ Records = AsyncGenerator[Any, None]
 
 
 class OpenRuns:
-    """The plan that runs on one session, so that leaving the connection can end it: one at a time."""
+    """The plan that runs on one session, one at a time, so that closing the connection can end it."""
 
     def __init__(self, session: Session, dispatcher: Dispatcher) -> None:
         self.session = session
@@ -52,10 +52,10 @@ class OpenRuns:
         self._ended.set()
 
     async def begin(self, stop: Callable[[], None], records: Callable[[], Records | None]) -> None:
-        """Wait for a plan whose loop was left, then take in that another one starts.
+        """Wait until the previous plan, whose loop was left, has ended; then note that a new one starts.
 
         Args:
-            stop: makes the new one send nothing more.
+            stop: makes the new plan stop sending.
             records: returns its generator, None once its loop was left.
 
         Raises:
@@ -69,12 +69,12 @@ class OpenRuns:
         self._dispatcher.link_may_change()
 
     def end(self) -> None:
-        """Take in that the plan has ended, and has left nothing in flight."""
+        """Note that the plan has ended, with nothing in flight."""
         self._dispatcher.link_stands()
         self._ended.set()
 
     async def close(self) -> None:
-        """End the plan, whether its loop was left or is still iterated over."""
+        """End the plan, whether its loop was left or is still running."""
         if self._ended.is_set():
             return
         self._stop()
@@ -88,9 +88,9 @@ class OpenRuns:
 class RunningPlan:
     """A plan that runs while you iterate over it, once.
 
-    ``async for finding in running`` yields one finding per probe as it is settled; ``await
+    ``async for finding in running`` yields one finding per probe as soon as it is certain; ``await
     running.collect()`` returns the whole ``Run``. Leaving the loop early, or cancelling the task, ends the
-    run; nothing stays in flight. A robot that drops the link is connected again, as on the command line.
+    run; nothing stays in flight. If the link drops, the run reconnects, as on the command line.
     """
 
     def __init__(self, runs: OpenRuns, asked: Asked) -> None:
@@ -105,25 +105,25 @@ class RunningPlan:
 
     @property
     def plan(self) -> Plan:
-        """What is asked."""
+        """The plan that runs."""
         return self._asked.plan
 
     @property
     def result(self) -> Run:
-        """What was found so far; all of it once the loop has ended."""
+        """The results so far; complete once the loop has ended."""
         findings = tuple(finding for _, finding in sorted(self._findings.items()))
         return Run(self._heading, findings, tuple(self._notes), self._summary)
 
     def stop(self) -> None:
-        """Send nothing more; the loop ends after what is in flight, with an incomplete summary."""
+        """Stop sending; the loop ends after the probes in flight, with an incomplete summary."""
         self._stop.set()
 
     def __aiter__(self) -> AsyncIterator[Finding]:
         """Run the plan and yield its findings.
 
         Raises:
-            NoAnswerError: the robot never said anything.
-            LinkLostError: the robot is gone; ``result`` has what was found before.
+            NoAnswerError: the robot never answered.
+            LinkLostError: the connection is lost; ``result`` has the findings up to then.
             BadInputFileError: a stage of the plan is broken.
             OutputError: the journal cannot be written, or its file is not empty.
             RuntimeError: the plan was run before.
@@ -131,7 +131,7 @@ class RunningPlan:
         return self._iterate(lambda record: isinstance(record, Finding))
 
     def records(self) -> AsyncIterator[Record]:
-        """Run the plan and yield everything: a heading, findings and notes as they come, a summary.
+        """Run the plan and yield everything: a heading, findings and notes as they arrive, a summary.
 
         Raises:
             SpheroProbeError: as iterating over the findings does.
@@ -139,10 +139,10 @@ class RunningPlan:
         return self._iterate(lambda _: True)
 
     async def collect(self) -> Run:
-        """Run the plan to its end and return all that was found.
+        """Run the plan to its end and return the results.
 
         Raises:
-            SpheroProbeError: as iterating does; ``result`` has what was found before.
+            SpheroProbeError: as iterating does; ``result`` has the findings up to then.
         """
         async for _ in self.records():
             pass

@@ -1,4 +1,4 @@
-"""What is known about robots, as rows: ids and names come in, commands, robots and risk classes come out."""
+"""What is known about robots and their commands: look-ups by id and by name."""
 
 from sphero_probe.catalogue.commands import (
     BRICK_DEVICES,

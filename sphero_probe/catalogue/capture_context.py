@@ -1,7 +1,7 @@
-"""Fills in what a packet of a capture leaves open, from the packets before it and from the catalogue.
+"""Completes the packets of a capture, from earlier packets and from the catalogue.
 
 A V1 response does not say which command it answers, and a tap on a V2 line cannot always tell a command from
-a notification: both ends send frames without an answer flag, and both may number them 0xFF.
+a notification: both sides send frames without an answer flag, and both may use the sequence number 0xFF.
 """
 
 from sphero_probe.catalogue.commands import rows_of
@@ -11,19 +11,19 @@ from sphero_probe.protocol.v2 import FLAG_ANSWER, FLAG_ONLY_ERRORS
 
 
 class CaptureContext:
-    """What was heard so far on one line; feed it every packet of a capture in order."""
+    """The history of one capture; feed it every packet in order."""
 
     def __init__(self, robot: Robot | None = None) -> None:
-        """Take the robot whose meaning of a pair counts, None where it is not known."""
+        """Start without any packets; ``robot`` is the model, None where it is not known."""
         self._robot = robot
         self._asked: dict[int, tuple[int, int]] = {}
 
     def complete(self, generation: Generation, packet: Packet) -> Packet:
-        """Return the packet with what is known besides its own bytes; its frame stays the same.
+        """Return the packet, completed; its frame stays the same.
 
         A V1 response gets the ``did`` and ``cid`` of the last command with its SEQ that asked for an answer.
-        A V2 frame that neither asks for an answer nor says who sent it becomes the command or the
-        notification that the catalogue knows its pair as.
+        A V2 frame that neither asks for an answer nor says who sent it becomes a command or a notification,
+        whichever the catalogue lists for its DID and CID.
         """
         match packet:
             case Request(command=command, seq=seq) if generation is Generation.V1:

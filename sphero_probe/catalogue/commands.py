@@ -1,4 +1,4 @@
-"""Look-ups in the catalogue: numbers or words come in, rows come out; the unknown gives None or nothing."""
+"""Finds rows of the catalogue by id or by name; an unknown id or name gives None or nothing."""
 
 import re
 from functools import cache
@@ -27,7 +27,7 @@ DEVICE_NAMES: dict[Generation, dict[int, str]] = {
         0xFE: "proto",
     },
 }
-"""Device id -> its name, per generation; of 0x1B and 0x20 no command is known."""
+"""Device id -> name, per generation; no command of 0x1B and 0x20 is known."""
 
 BRICK_DEVICES: dict[Generation, frozenset[int]] = {
     Generation.V1: frozenset({0x01}),
@@ -54,27 +54,27 @@ _CAMEL_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 
 def all_rows(generation: Generation) -> tuple[CommandRow, ...]:
-    """Give every row of a generation that has a device, by rising device and command id."""
+    """Return every row of a generation that has a device, sorted by device id and command id."""
     return _tables()[generation]
 
 
 def async_rows(generation: Generation) -> tuple[CommandRow, ...]:
-    """Give the rows of the asynchronous messages that belong to no device (V1), by rising id.
+    """Return the rows of the asynchronous messages that belong to no device (V1), sorted by id.
 
-    Their ``did`` is ``NO_DEVICE``; no look-up by name finds them, as nobody can send them to a robot.
+    Their ``did`` is ``NO_DEVICE``. No look-up by name finds them, because they cannot be sent to a robot.
     """
     return _messages()[generation]
 
 
 def rows_of(generation: Generation, did: int, cid: int) -> tuple[CommandRow, ...]:
-    """Give the rows of a pair: none where it is unknown, several where robots mean different things by it."""
+    """Return the rows of a pair: none if it is unknown, several if its meaning differs between robots."""
     return _by_pair(generation).get((did, cid), ())
 
 
 def lookup(generation: Generation, did: int, cid: int, robot: Robot | None) -> CommandRow | None:
-    """Give the row of a pair as this robot understands it.
+    """Return the row of a pair for this robot.
 
-    A row that names the robot wins. Where none does and the rows disagree, the most dangerous one is given.
+    A row that names the robot is preferred. If none does, the row with the highest risk is returned.
     """
     return _as_understood(rows_of(generation, did, cid), robot)
 
@@ -82,13 +82,13 @@ def lookup(generation: Generation, did: int, cid: int, robot: Robot | None) -> C
 def notification_row(
     generation: Generation, did: int | None, cid: int, robot: Robot | None
 ) -> CommandRow | None:
-    """Give the row of what a robot says unasked, as this robot means it.
+    """Return the row of a notification from this robot.
 
     Args:
-        generation: the protocol it was heard in.
+        generation: the protocol it was received in.
         did: device id; None for an asynchronous message of V1.
         cid: command id, or the id of the asynchronous message.
-        robot: who said it, None where that is not known.
+        robot: the model that sent it, None where it is not known.
 
     Returns:
         The row of a notification; where none has these ids, the row of the command that has them.
@@ -98,10 +98,10 @@ def notification_row(
 
 
 def row_by_name(generation: Generation, name: str) -> CommandRow | None:
-    """Find a row by what people type.
+    """Find a row by a name that a person typed.
 
-    That is a dotted name (``power.sleep``), an alias with its device (``power.enter_soft_sleep``), or either
-    without the device, where it means one row only. Case does not matter, nor do ``-`` and ``_`` differ;
+    Accepted are a dotted name (``power.sleep``), an alias with its device (``power.enter_soft_sleep``), and
+    either without the device if that is unambiguous. Case does not matter, ``-`` and ``_`` are the same, and
     ``getPwrState`` is ``get_pwr_state``.
     """
     names = _by_name(generation)
@@ -110,20 +110,20 @@ def row_by_name(generation: Generation, name: str) -> CommandRow | None:
 
 
 def close_names(generation: Generation, text: str) -> list[str]:
-    """Give the dotted names that look most like a mistyped one, the nearest first, three at most."""
+    """Return up to three dotted names that are most similar to a mistyped one, the nearest first."""
     known = _by_name(generation)
     near = nearest(_plain(text), known, count=9)
     return list(dict.fromkeys(row.name for word in near for row in known[word]))[:3]
 
 
 def device_by_name(generation: Generation, text: str) -> int | None:
-    """Find the device id that a name means (``power``, ``user-io``); None where none does."""
+    """Return the device id of a name (``power``, ``user-io``), or None."""
     word = _plain(text)
     return next((did for did, name in DEVICE_NAMES[generation].items() if name == word), None)
 
 
 def commands_of(robot: Robot) -> tuple[CommandRow, ...]:
-    """Give the rows, notifications included, that name this robot; ``async_rows`` are not among them."""
+    """Return the rows that name this robot, with notifications but without ``async_rows``."""
     return tuple(row for row in all_rows(robot.generation) if robot.key in row.nodes)
 
 
@@ -134,7 +134,7 @@ def _as_understood(rows: tuple[CommandRow, ...], robot: Robot | None) -> Command
 
 @cache
 def _tables() -> dict[Generation, tuple[CommandRow, ...]]:
-    """Load the tables, which are long, when a row is asked for the first time."""
+    """Load the tables, which are long, on first use."""
     from sphero_probe.catalogue.tables import (  # noqa: PLC0415
         v1,
         v2_firmware,
@@ -171,7 +171,7 @@ def _by_pair(generation: Generation) -> dict[tuple[int, int], tuple[CommandRow, 
 
 @cache
 def _by_name(generation: Generation) -> dict[str, tuple[CommandRow, ...]]:
-    """Map every way to say a name to the rows it means; a more exact way hides the less exact ones."""
+    """Map every accepted form of a name to its rows; a more exact form hides the less exact ones."""
     names: dict[str, tuple[CommandRow, ...]] = {}
     devices = DEVICE_NAMES[generation]
     rows = all_rows(generation)

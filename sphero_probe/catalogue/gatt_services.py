@@ -1,4 +1,4 @@
-"""UUIDs of BLE services go in, what they are for comes out, short enough for a message."""
+"""Names BLE services by their UUID, for messages."""
 
 from collections.abc import Iterable
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 from sphero_probe.catalogue.gatt import API_SERVICE, V1_CONTROL_SERVICE, V1_RADIO_SERVICE
 
 _NAMED: Final = 6
-"""Services that a list names before it only counts."""
+"""Most services that are listed; the rest is counted."""
 _UUID_LENGTH: Final = 36
 _ASSIGNED: Final = "0000{:04x}-0000-1000-8000-00805f9b34fb"
 
@@ -26,7 +26,7 @@ SERVICES: Final = {
 
 
 def list_services(uuids: Iterable[str]) -> str:
-    """Return services in words: known ones by what they are, others by UUID; ``none`` for none."""
+    """Return a list of services as text: known ones by name, others by UUID; ``none`` for none."""
     names = list(dict.fromkeys(SERVICES.get(uuid.lower(), uuid[:_UUID_LENGTH]) for uuid in uuids))
     if len(names) > _NAMED:
         names[_NAMED:] = [f"and {len(names) - _NAMED} more"]

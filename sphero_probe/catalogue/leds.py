@@ -1,4 +1,4 @@
-"""The lamps of robots: the commands that set them, and which lamps a command sets."""
+"""The LEDs of robots: the commands that set them, and the LEDs that a command sets."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -9,20 +9,20 @@ from sphero_probe.protocol.packets import Command
 Colour = tuple[int, int, int]
 """Red, green, blue, 0-255 each."""
 CHANNELS: Final = ("red", "green", "blue")
-"""The channels of a lamp with a colour, in the order of its bits."""
+"""The channels of a colour LED, in the order of its bits."""
 
 
 def led_commands(robot: Robot, wanted: Mapping[str, Colour], *, off: bool = False) -> tuple[Command, ...]:
-    """Return the commands that set a robot's lamps.
+    """Return the commands that set a robot's LEDs.
 
     Args:
-        robot: whose lamps.
-        wanted: lamp name or alias -> colour; a lamp with one channel takes the brightest of the three.
-        off: also darken every lamp that is not named.
+        robot: the model.
+        wanted: LED name or alias -> colour; an LED with one channel takes the brightest of the three.
+        off: also switch off every LED that is not named.
 
     Returns:
-        One command where a mask selects the lamps, otherwise one per lamp in the order of the table; none
-        where nothing is to be set. Their targets are left open: ``robot.leds.node`` serves them all.
+        One command where a mask selects the LEDs, otherwise one per LED in the order of the table; none where
+        nothing is to be set. The commands have no target; the node for all of them is ``robot.leds.node``.
     """
     table = robot.leds
     if table is None:
@@ -40,31 +40,31 @@ def led_commands(robot: Robot, wanted: Mapping[str, Colour], *, off: bool = Fals
 
 
 def leds_set(robot: Robot, command: Command) -> dict[str, object] | None:
-    """Return what a command does to a robot's lamps, the opposite of ``led_commands``.
+    """Return what a command does to a robot's LEDs, the opposite of ``led_commands``.
 
     Args:
-        robot: whose lamps.
+        robot: the model.
         command: any command.
 
     Returns:
-        Lamp name -> its colour as ``ff0000``; the brightness 0-255 of a lamp with one channel; ``red 255``
-        where the command sets some channels of a lamp only. None for a command that sets no lamps, or one
-        whose mask or length does not fit this robot's lamps.
+        LED name -> its colour as ``ff0000``; the brightness 0-255 of an LED with one channel; ``red 255``
+        where the command sets only some channels of an LED. None for a command that sets no LEDs, or whose
+        mask or length does not match this robot's LEDs.
     """
     table = robot.leds
     channels = _channels_set(table, command) if table else None
     if table is None or not channels:
         return None
-    lamps: dict[str, object] = {}
+    leds: dict[str, object] = {}
     for group in table.groups:
         values = {bit: channels.pop(bit) for bit in group.bits if bit in channels}
         if values:
-            lamps[group.name] = _shown(group, values)
-    return None if channels else lamps
+            leds[group.name] = _shown(group, values)
+    return None if channels else leds
 
 
 def _channels_set(table: LedTable, command: Command) -> dict[int, int] | None:
-    """Return channel -> brightness, None where the command is not one of these lamps or does not fit them."""
+    """Return channel -> brightness, None where the command does not set these LEDs or does not match them."""
     payload = command.payload
     if not table.mask_bytes:
         for group in table.groups:
@@ -81,7 +81,7 @@ def _channels_set(table: LedTable, command: Command) -> dict[int, int] | None:
 
 
 def _shown(group: LedGroup, values: Mapping[int, int]) -> object:
-    """Return the channels of one lamp as one value."""
+    """Return the channels of one LED as one value."""
     if len(group.bits) == 1:
         return values[group.bits[0]]
     if len(values) == len(group.bits):
@@ -98,7 +98,7 @@ def _channels(table: LedTable, wanted: Mapping[str, Colour], *, off: bool) -> di
     for name, colour in wanted.items():
         for group in table.groups:
             if name == group.name or name in group.aliases:
-                channels |= _shine(group, colour)
+                channels |= _light(group, colour)
     return channels
 
 
@@ -108,7 +108,7 @@ def _masked(table: LedTable, channels: Mapping[int, int]) -> bytes:
     return mask.to_bytes(table.mask_bytes, "big") + bytes(channels[bit] for bit in sorted(channels))
 
 
-def _shine(group: LedGroup, colour: Colour) -> dict[int, int]:
+def _light(group: LedGroup, colour: Colour) -> dict[int, int]:
     if len(group.bits) == len(colour):
         return dict(zip(group.bits, colour, strict=True))
     return dict.fromkeys(group.bits, max(colour))

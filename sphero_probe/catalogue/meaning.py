@@ -1,4 +1,4 @@
-"""What a packet says: its row in the catalogue and its payload as named fields."""
+"""Decodes a packet: finds its row in the catalogue and reads its payload as named fields."""
 
 from functools import lru_cache
 from typing import NamedTuple, assert_never
@@ -21,11 +21,11 @@ from sphero_probe.protocol.packets import (
 
 
 class Meaning(NamedTuple):
-    """A packet in the words of the catalogue.
+    """What the catalogue says about a packet.
 
     Attributes:
-        row: what is known of its ids, None where no catalogue has them.
-        decoded: its payload taken apart, None where no layout applies: to an error, or to unknown bytes.
+        row: the row of its ids, None where the catalogue has none.
+        decoded: its payload, None where no layout applies, as for an error or for unknown bytes.
     """
 
     row: CommandRow | None
@@ -38,13 +38,13 @@ def packet_meaning(
     robot: Robot | None = None,
     streams: StreamDecoder | None = None,
 ) -> Meaning:
-    """Return what a packet says; whatever its bytes are, this never raises.
+    """Return what a packet says; no packet makes this raise.
 
     Args:
         packet: the packet.
         generation: the protocol it was read by.
-        robot: the model whose meaning of the pair counts, None where it is not known.
-        streams: what reads the robot's sensor streams, None where nobody followed its commands.
+        robot: the model, None where it is not known.
+        streams: the decoder of the robot's sensor streams, None where its commands were not followed.
     """
     stream = None
     layout: Layout | None
@@ -68,11 +68,11 @@ def packet_meaning(
 
 
 def answer_meaning(response: Response, known: CommandRow | None) -> Decoded:
-    """Return what a successful answer means; nothing where the catalogue has no layout for it.
+    """Return the decoded payload of a successful response; empty where the catalogue has no layout for it.
 
     Args:
-        response: the answer.
-        known: the row of the command that it answers, None where no catalogue has it.
+        response: the response.
+        known: the row of its command, None where the catalogue has none.
     """
     if known and known.kind is Kind.COMMAND and known.response:
         verdict = CODECS[known.generation].verdict(response.code)
@@ -84,7 +84,7 @@ def answer_meaning(response: Response, known: CommandRow | None) -> Decoded:
 def _known(
     generation: Generation, pair: tuple[int | None, int | None], kind: Kind, robot: Robot | None
 ) -> CommandRow | None:
-    """The catalogue's row of a pair, one in the given role where there is any."""
+    """Return the row of a pair, preferably one of the given kind."""
     return _looked_up(generation, *pair, kind, robot.key if robot else "")
 
 
@@ -92,7 +92,7 @@ def _known(
 def _looked_up(
     generation: Generation, did: int | None, cid: int | None, kind: Kind, key: str
 ) -> CommandRow | None:
-    """The same by a robot's key; packets come in streams, so the last ones are kept."""
+    """As ``_known``, by the robot's key; cached, because streams repeat the same packets."""
     robot = ROBOTS.get(key)
     if cid is None:
         return None

@@ -1,4 +1,4 @@
-"""The shapes of what is known: command rows, robots, LED tables. The rows themselves live in ``tables``."""
+"""The types of the catalogue: command rows, robots, LED tables. The rows themselves are in ``tables``."""
 
 from enum import Enum
 from typing import Final, NamedTuple
@@ -19,7 +19,7 @@ class Kind(Enum):
 
 
 class CommandRow(NamedTuple):
-    """One DID/CID pair, as one family of robots understands it.
+    """One DID/CID pair, as one family of robots implements it.
 
     Attributes:
         generation: the protocol it belongs to.
@@ -27,17 +27,17 @@ class CommandRow(NamedTuple):
         cid: command id, or the id of the asynchronous message.
         name: dotted name, ``power.get_battery_percentage``.
         kind: command or notification.
-        risk: the class of executing it.
+        risk: the risk class of executing it.
         request: the layout of its argument bytes, None where unknown; with variants where lengths differ.
-        response: the layout of its answer (of the notification's payload), likewise.
+        response: the layout of its response, or of the notification's payload; likewise.
         nodes: robot key -> node numbers that serve it there; an empty tuple where the node is not known.
-        sources: where it is known from, keys of ``provenance.SOURCES``; ``provenance.sources_for`` says
-            which of them name a robot.
-        aliases: the names other sources use, without the device name.
-        sample: argument bytes with which a sweep asks a read; None: zeros of the request's length.
+        sources: who documents it, keys of ``provenance.SOURCES``; ``provenance.sources_for`` says which of
+            them name a robot.
+        aliases: the names that other sources use, without the device name.
+        sample: argument bytes that a sweep sends with a read; None: zeros of the request's length.
         note: one remark for ``explain``, or empty.
         enabled_by: name of the command that makes a robot send this notification, empty where none is known.
-        since: the firmware version that has it first, empty where no source says.
+        since: the first firmware version that has it, empty where no source says.
     """
 
     generation: Generation
@@ -58,15 +58,15 @@ class CommandRow(NamedTuple):
 
 
 class LedGroup(NamedTuple):
-    """One lamp as a person sees it.
+    """One LED as a person sees it.
 
     Attributes:
         name: ``front``, ``back``, ``left_headlight``…
         bits: its channel numbers, in the mask where there is one: three for red, green, blue; one for a
             single brightness.
-        aliases: other names that mean this lamp; several lamps may share one (``front``: both headlights).
-        cid: id of the command that sets this lamp alone; None where the table's command sets it by a mask.
-        tail: what follows the values in the arguments of that command.
+        aliases: other names of this LED; several LEDs may share one (``front``: both headlights).
+        cid: id of the command that sets only this LED; None where the table's command sets it by a mask.
+        tail: the bytes that follow the values in the arguments of that command.
     """
 
     name: str
@@ -77,17 +77,17 @@ class LedGroup(NamedTuple):
 
 
 class LedTable(NamedTuple):
-    """How a robot's lamps are set.
+    """How a robot's LEDs are set.
 
-    Either by one command whose mask selects channels, its values in rising bit order, or each lamp by a
-    command of its own with the lamp's values.
+    Either one command has a mask that selects channels, with their values in rising bit order, or each LED
+    has its own command.
 
     Attributes:
         did: device id of the command or commands.
-        cid: id of the command with the mask; where there is none, of the first lamp's.
-        mask_bytes: width of the mask in bytes (1, 2, 4 or 8), big-endian; 0 where each lamp has its command.
+        cid: id of the command with the mask; where there is none, of the first LED's command.
+        mask_bytes: width of the mask in bytes (1, 2, 4 or 8), big-endian; 0 where each LED has its command.
         node: the node that serves it, None to leave addresses out.
-        groups: the lamps.
+        groups: the LEDs.
     """
 
     did: int
@@ -98,7 +98,7 @@ class LedTable(NamedTuple):
 
 
 class AnswerStyle(Enum):
-    """Which addresses a robot puts into its responses [real captures; PROTOCOL: robots drop either]."""
+    """Which addresses a robot puts into its responses [real captures; robots drop either]."""
 
     SWAPPED = "swapped"
     """Both, from the robot's point of view: target = the client with its port, source = the node."""
@@ -110,17 +110,17 @@ class Robot(NamedTuple):
     """One model.
 
     Attributes:
-        key: what people type: ``bolt-plus``.
-        name: what it is called: ``Sphero BOLT+``.
+        key: the name that people type: ``bolt-plus``.
+        name: the product name: ``Sphero BOLT+``.
         generation: its protocol.
         prefix: of the advertised name, ``BP-``; empty where it has none.
-        nodes: node number -> name, ``{1: "primary"}``; ``{1: "robot"}`` where the protocol knows no nodes.
-        addressed: put target and source into commands by default.
+        nodes: node number -> name, ``{1: "primary"}``; ``{1: "robot"}`` where the protocol has no nodes.
+        addressed: whether commands have target and source by default.
         answer_style: the addresses of its responses.
-        handshake: an anti-DoS phrase is written before anything else works.
-        leds: its lamps, None where no table is known.
-        sku: as ``get_sku`` and friends tell it; serves the simulator.
-        aliases: further words that mean this robot in an address.
+        handshake: an anti-DoS phrase must be written before anything else works.
+        leds: its LEDs, None where they are not known.
+        sku: as ``get_sku`` and similar commands return it; for the simulator.
+        aliases: further names of this robot in an address.
     """
 
     key: str

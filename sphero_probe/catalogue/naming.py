@@ -1,7 +1,7 @@
-"""Names and numbers of the catalogue, as people write them: text in, ids and colours out.
+"""Parses ids, command names and colours as people write them.
 
-The command line and the Python API read what a person names through these functions, so that both accept the
-same words and make the same suggestions.
+The command line and the Python API both use these functions, so that both accept the same names and make the
+same suggestions.
 """
 
 import re
@@ -20,7 +20,7 @@ def byte(text: str, what: str) -> int:
     """Return a number from 0 to 255 written as ``0x13`` or ``19``.
 
     Raises:
-        UsageError: it is none.
+        UsageError: it is not such a number.
     """
     text = text.strip()
     if not NUMBER.fullmatch(text):
@@ -35,7 +35,7 @@ def device_id(text: str, generation: Generation) -> int:
     """Return a DID written as a number or a device name.
 
     Raises:
-        UsageError: neither; a near name is suggested.
+        UsageError: it is neither; a similar name is suggested.
     """
     if NUMBER.fullmatch(text.strip()):
         return byte(text, "DID")
@@ -49,7 +49,7 @@ def command_id(text: str, generation: Generation) -> int:
     """Return a CID written as a number or a command's name.
 
     Raises:
-        UsageError: neither; a near name is suggested.
+        UsageError: it is neither; a similar name is suggested.
     """
     if NUMBER.fullmatch(text.strip()):
         return byte(text, "CID")
@@ -63,7 +63,7 @@ def pair(text: str, generation: Generation) -> tuple[int, int]:
     """Return DID and CID written as ``0x13:0x10`` or as a command's name.
 
     Raises:
-        UsageError: neither; a near name is suggested.
+        UsageError: it is neither; a similar name is suggested.
     """
     did, colon, cid = text.partition(":")
     if colon:
@@ -78,7 +78,7 @@ def id_range(text: str, generation: Generation, *, devices: bool) -> tuple[int, 
     """Return the ids of ``0x10-0x1a,0x1f,power``, in order, each once.
 
     Raises:
-        UsageError: a part is no id, or a range runs backwards.
+        UsageError: a part is not an id, or a range runs backwards.
     """
     one = device_id if devices else command_id
     ids: dict[int, None] = {}
@@ -100,7 +100,7 @@ def colour(text: str) -> tuple[int, int, int]:
     """Return red, green and blue of ``ff0000`` or ``f00``.
 
     Raises:
-        UsageError: it is none.
+        UsageError: it is not a colour.
     """
     match = _COLOUR.fullmatch(text.strip())
     if not match:
@@ -114,7 +114,7 @@ def choose(text: str, known: Iterable[str], what: str) -> str:
     """Return the word if it is known.
 
     Raises:
-        UsageError: it is not; a near one is suggested.
+        UsageError: it is not; a similar one is suggested.
     """
     known = list(known)
     if text not in known:

@@ -25,30 +25,30 @@ def packet_json(
     robot: Robot | None = None,
     streams: StreamDecoder | None = None,
 ) -> dict[str, object]:
-    """Return the keys of a packet in their order; those that do not apply, or are not known, are left out.
+    """Return the keys of a packet in a fixed order; keys that do not apply, or are not known, are left out.
 
     - ``generation``: ``v1`` or ``v2``
     - ``kind``: ``command``, ``response``, ``notification`` or ``malformed``
     - ``did``, ``cid``, ``seq``: integers; a V1 notification has its async id in ``cid`` and no ``did``
-    - ``code``, ``code_name``: of a response, the integer and its documented name
+    - ``code``, ``code_name``: the code of a response, as an integer and by its documented name
     - ``target``, ``source``: address bytes, as integers
-    - ``name``: as the catalogue knows it
+    - ``name``: the name in the catalogue
     - ``fields``, ``units``: the decoded payload, by the catalogue's layout or, for a sensor stream, by the
       masks or the services that were set
-    - ``leds``: those that a command sets, lamp name -> colour, where the robot is known
+    - ``leds``: the LEDs that a command sets, LED name -> colour, where the robot is known
     - ``payload``, ``raw``: the data bytes and the whole frame, in lower-case hex
     - ``note``: what does not fit the layout
-    - ``reason``: why bytes are malformed; they have ``generation``, ``kind`` and ``raw`` besides
+    - ``reason``: why bytes are malformed; their other keys are ``generation``, ``kind`` and ``raw``
 
     Args:
         packet: the packet.
         generation: the protocol it was read by.
         raw: its frame.
-        robot: the model whose meaning of the pair counts, None where it is not known.
-        streams: what reads the robot's sensor streams, None where nobody followed its commands.
+        robot: the model, None where it is not known.
+        streams: the decoder of the robot's sensor streams, None where its commands were not followed.
     """
     keys: dict[str, object]
-    lamps = None
+    leds = None
     match packet:
         case Malformed(raw=held, reason=reason):
             return {
@@ -59,7 +59,7 @@ def packet_json(
             }
         case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
             keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
-            lamps = leds_set(robot, packet.command) if robot else None
+            leds = leds_set(robot, packet.command) if robot else None
         case Response(seq, code, payload, did, cid, source, target):
             keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
             keys["code_name"] = CODECS[generation].code_name(code)
@@ -74,7 +74,7 @@ def packet_json(
         "name": known.name if known else None,
         "fields": decoded.fields if decoded else None,
         "units": decoded.units or None if decoded else None,
-        "leds": lamps,
+        "leds": leds,
         "payload": payload.hex(),
         "raw": raw.hex(),
         "note": decoded.problem or None if decoded else None,

@@ -1,4 +1,4 @@
-"""What an answer's code proves about a command, in a sentence per verdict."""
+"""What a response code proves about a command: one sentence for each verdict."""
 
 from typing import Final
 
@@ -19,5 +19,5 @@ PROVES: Final[dict[Verdict, str]] = {
     Verdict.DAMAGED: "nothing: the robot received the packet damaged",
     Verdict.UNLISTED: "nothing: no document lists the code",
 }
-"""Verdict -> what it proves. That 0x01 and 0x02 may hide a command, and the words on 0x03 and 0x04, are the
-vendor's [error codes of the official API document]."""
+"""Verdict -> what it proves. The vendor says that 0x01 and 0x02 may hide a command, and what 0x03 and 0x04
+mean [error codes of the official API document]."""

@@ -1,7 +1,7 @@
-"""Says where a row is known from, robot by robot, and on which firmware its command was seen or found absent.
+"""The sources of each row, per robot, and the firmware versions that are known to have or lack its command.
 
-A row lists robots that very different sources vouch for: one was seen on the wire, another stands in a class
-that nobody ever ran, a third is listed because its relatives are. ``sources_for`` keeps them apart.
+The robots in a row come from very different sources: one was captured, another is listed in a class that was
+never run, a third is listed because related models have the command. ``sources_for`` says which is which.
 """
 
 from typing import Final, NamedTuple
@@ -23,14 +23,14 @@ SOURCES: Final[dict[str, str]] = {
     "reference": "a description of BOLT+",
     "assumed": "what its relatives have",
 }
-"""Every word that stands in ``CommandRow.sources``, and what it means."""
+"""Every word in ``CommandRow.sources``, and what it means."""
 UNTESTED: Final = frozenset({"unsw"})
-"""Sources that report what nobody has tried."""
+"""Sources whose claims were never tested."""
 ONE_UNTESTED_SOURCE: Final = "reported by one untested source"
 ASSUMED: Final = "assumed from its relatives"
 
-_NOBODYS: Final = frozenset({"rvr-plus", "sprk"})
-"""Robots that no source names."""
+_UNNAMED: Final = frozenset({"rvr-plus", "sprk"})
+"""Robots that are in no source."""
 _OWN: Final[dict[str, tuple[str, ...]]] = {
     "bolt": ("spherov2", "capture"),
     "bolt-plus": ("reference", "unsw"),
@@ -45,7 +45,7 @@ _OWN: Final[dict[str, tuple[str, ...]]] = {
     "ollie": ("spherov2",),
     "bb8": ("spherov2",),
 }
-"""Robot key -> the sources that name this robot; the others speak of robots in general."""
+"""Robot key -> the sources that name this robot; the other sources describe robots in general."""
 _UNSPECIFIC: Final = {
     "lmq": "pysphero",
     "sphero": "spherov2",
@@ -53,24 +53,24 @@ _UNSPECIFIC: Final = {
     "ollie": "spherov2",
     "bb8": "spherov2",
 }
-"""Robot key -> the source that names the robot only in rows of which nothing is assumed."""
+"""Robot key -> the source that names the robot only in rows without ``assumed``."""
 
 
 def sources_for(row: CommandRow, robot_key: str) -> tuple[str, ...]:
-    """Return the sources that say of this robot that it has this pair; ``("assumed",)`` where none does.
+    """Return the sources that list this pair for this robot; ``("assumed",)`` where none does.
 
     Args:
-        row: what is known of the pair.
+        row: the row of the pair.
         robot_key: one of ``row.nodes``.
     """
-    own = () if robot_key in _NOBODYS else _OWN.get(robot_key, ())
-    if "assumed" in row.sources:  # then these two name the command, and not this robot
+    own = () if robot_key in _UNNAMED else _OWN.get(robot_key, ())
+    if "assumed" in row.sources:  # then these sources name the command, but not this robot
         own = tuple(source for source in own if source != _UNSPECIFIC.get(robot_key))
     return tuple(source for source in own if source in row.sources) or ("assumed",)
 
 
 def provenance_note(row: CommandRow, robot: Robot | None) -> str:
-    """Return a remark where a robot's having this pair rests on little, empty where it rests on more."""
+    """Return a remark where the evidence that a robot has this pair is weak, otherwise an empty string."""
     if robot is None or robot.key not in row.nodes:
         return ""
     sources = sources_for(row, robot.key)
@@ -88,7 +88,7 @@ class Sighting(NamedTuple):
         node: number of the node it was asked on, None where the report does not say.
         did: device id.
         cid: command id.
-        exists: it answered as an existing command does; False: it answered that there is no such command.
+        exists: the command exists; False: the robot responded that there is no such command.
         source: who reported it.
     """
 
@@ -115,11 +115,11 @@ SIGHTINGS: Final = (
     Sighting("rvr", "9.1.462", 1, 0x11, 0x00, exists=True, source=f"{_ATRIZ}, UART log"),
     Sighting("rvr", "9.1.462", 1, 0x13, 0x0D, exists=True, source=f"{_ATRIZ}, UART log"),
 )
-"""Public reports of robots that tell their firmware."""
+"""Public reports about robots that state the firmware version."""
 
 
 def sightings_of(row: CommandRow, robot: Robot | None = None) -> tuple[Sighting, ...]:
-    """Return the reports of a row's pair, on one robot or on all that the row names."""
+    """Return the reports about a row's pair, on one robot or on all robots of the row."""
     return tuple(
         seen
         for seen in SIGHTINGS
@@ -131,13 +131,13 @@ def sightings_of(row: CommandRow, robot: Robot | None = None) -> tuple[Sighting,
 
 
 def firmware_note(row: CommandRow, robot: Robot | None, *, exists: bool, firmware: str = "") -> str:
-    """Return what other firmware is known to do with a pair, as a remark beside what this robot did.
+    """Return a remark on other firmware versions that are known to have or lack a command.
 
     Args:
-        row: what is known of the pair.
-        robot: the model that was asked; None gives no remark.
-        exists: this robot was found to have the command.
-        firmware: the version this robot runs, empty where it did not tell.
+        row: the row of the pair.
+        robot: the model; None gives no remark.
+        exists: whether this robot has the command.
+        firmware: the version that this robot runs, empty where it is not known.
 
     Returns:
         ``known absent on 9.2.482 too``, ``known to answer on 8.3.432``, or empty.
@@ -158,12 +158,12 @@ def firmware_note(row: CommandRow, robot: Robot | None, *, exists: bool, firmwar
 
 
 def absence_note(row: CommandRow | None, robot: Robot | None, firmware: str = "") -> str:
-    """Return what to say beside a command that this robot was found not to have, empty for nothing.
+    """Return a remark for a command that this robot does not have, or an empty string.
 
     Args:
-        row: what is known of the pair, None where nothing is.
-        robot: the model that was asked.
-        firmware: the version it runs, empty where it did not tell.
+        row: the row of the pair, None where it is not known.
+        robot: the model.
+        firmware: the version that it runs, empty where it is not known.
     """
     if row is None:
         return ""
@@ -172,9 +172,9 @@ def absence_note(row: CommandRow | None, robot: Robot | None, firmware: str = ""
 
 
 def switch_of(row: CommandRow) -> CommandRow | None:
-    """Return the command that makes a robot send a notification; None for commands, and where none is known.
+    """Return the command that makes a robot send a notification; None for commands, or if not known.
 
-    Where the row does not name it, it is the robot's ``enable_…`` of the same name.
+    If the row does not name it, it is the command ``enable_…`` with the notification's name.
     """
     if row.kind is not Kind.NOTIFICATION:
         return None

@@ -1,10 +1,10 @@
-"""How much harm a command can do: the six classes that consent is given in."""
+"""The six risk classes: how much harm a command can do. The user allows commands by class."""
 
 from enum import IntEnum
 
 
 class Risk(IntEnum):
-    """Risk classes in rising order; a person allows them by name."""
+    """Risk classes in rising order; users allow them by name."""
 
     READ = 0
     """A documented query."""

@@ -1,4 +1,4 @@
-"""The robots that are known: one entry per model, with its lamps."""
+"""The known robots: one entry per model, with its LEDs."""
 
 from sphero_probe.catalogue.model import AnswerStyle, LedGroup, LedTable, Robot
 from sphero_probe.protocol.packets import Generation
@@ -250,11 +250,11 @@ _V1_ROBOTS = (
 )
 
 ROBOTS: dict[str, Robot] = {robot.key: robot for robot in _V2_ROBOTS + _V1_ROBOTS}
-"""Every robot by its key, in the order in which people look for them."""
+"""Every robot by its key, in the order in which lists show them."""
 
 
 def robot_by_word(text: str) -> Robot | None:
-    """Find the robot that a key, an alias or a name means, in upper or lower case; None where none does."""
+    """Find a robot by its key, alias or name, in upper or lower case; None where there is none."""
     word = text.strip().casefold()
     for robot in ROBOTS.values():
         if word in (robot.key, robot.name.casefold(), *robot.aliases):
@@ -263,7 +263,7 @@ def robot_by_word(text: str) -> Robot | None:
 
 
 def robot_by_prefix(advertised_name: str) -> Robot | None:
-    """Guess the robot from the name it advertises; models that share a prefix give the first of them."""
+    """Guess the robot from its advertised name; where models share a prefix, return the first of them."""
     fitting = [
         robot for robot in ROBOTS.values() if robot.prefix and advertised_name.startswith(robot.prefix)
     ]

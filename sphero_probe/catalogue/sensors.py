@@ -1,15 +1,16 @@
-"""Names the numbers of a sensor stream, by the masks that were set.
+"""Names the numbers in a sensor stream, using the masks that were set.
 
-A stream carries one number per sensor whose bit is set, the highest bit first, those of the extended mask
-behind the others [code, vendor]. So a number has a name only while the meaning of every bit before it is
-known: behind an unknown bit, and in a payload of an unexpected length, numbers stay numbers.
+A stream has one number per sensor whose bit is set, the highest bit first; those of the extended mask follow
+[code, vendor]. So a number can be named only if the meaning of every bit before it is known: after an unknown
+bit, and in a payload of an unexpected length, numbers have no name.
 
-Some bits have two meanings, depending on the source. Here the maker's tables (iOS SDK, JavaScript SDK) count:
+Some bits have two meanings, depending on the source. This module follows the maker's tables (iOS SDK,
+JavaScript SDK):
 
-- V1 bits 6 and 5: the right and the left motor; spherov2 has them the other way round.
+- V1 bits 6 and 5: the right and the left motor; spherov2 has them swapped.
 - V2 gyroscope: bits 12-10 of the mask in the maker's apps for Mini and the droids, bits 25-23 of the extended
-  mask in the apps for BOLT. spherov2 asks every robot by the extended ones. So Mini and the droids have both
-  here, BOLT and BOLT+ have the extended ones, and for an unknown robot either may be meant.
+  mask in the apps for BOLT. spherov2 uses the extended ones with every robot. So Mini and the droids have
+  both here, BOLT and BOLT+ have the extended ones, and for an unknown robot both are accepted.
 """
 
 from functools import cache
@@ -22,13 +23,13 @@ from sphero_probe.protocol.packets import Command, Generation
 
 
 class Sensor(NamedTuple):
-    """One source of numbers.
+    """One sensor of a stream.
 
     Attributes:
-        bit: its place in its mask, 0-31.
-        extended: its mask is the extended one.
-        field: how its number is written, as a word of a layout: ``pitch:i16[deg]``.
-        robots: the keys of the robots whose bit means this; empty for all of the generation.
+        bit: its bit in the mask, 0-31.
+        extended: whether the mask is the extended one.
+        field: the format of its number, as a field of a layout: ``pitch:i16[deg]``.
+        robots: the keys of the robots that use the bit for this; empty for all of the generation.
     """
 
     bit: int
@@ -38,11 +39,11 @@ class Sensor(NamedTuple):
 
 
 class Masks(NamedTuple):
-    """What a robot was told to stream.
+    """The sensors that a robot was told to stream.
 
     Attributes:
         mask: bits of the sensors, 0 for none.
-        extended: bits of the further sensors.
+        extended: bits of the sensors in the extended mask.
     """
 
     mask: int = 0
@@ -57,7 +58,7 @@ def _sensors(
     extended: dict[int, str],
     robots: dict[int, frozenset[str]] = {},  # noqa: B006 - never changed
 ) -> tuple[Sensor, ...]:
-    """Make the sensors in the order of the wire; ``robots`` are those of bits of the mask."""
+    """Return the sensors in the order of the wire; ``robots``: bit of the mask -> robots that use it."""
     return tuple(
         Sensor(bit, further, field, frozenset() if further else robots.get(bit, frozenset()))
         for further, fields in ((False, mask), (True, extended))
@@ -144,11 +145,11 @@ SENSORS: Final[dict[Generation, tuple[Sensor, ...]]] = {
 }
 """Every known sensor in the order of the wire, per generation.
 
-The raw ones of V1 and its magnetometer stand in the maker's tables only.
+Only the maker's tables list the raw sensors of V1 and its magnetometer.
 """
 
 _RAW: Final = {Generation.V1: Layout("values:i16*"), Generation.V2: Layout("values:f32*")}
-"""The numbers of a stream of which nothing is known, per generation."""
+"""The layout of a stream whose sensors are not known, per generation."""
 _WIDTH: Final = {Generation.V1: 2, Generation.V2: 4}
 """Bytes of one number."""
 _SEVERAL_FRAMES: Final = {Generation.V1}
@@ -168,12 +169,12 @@ _SETTERS: Final[dict[Generation, dict[tuple[int, int], dict[str, str]]]] = {
 
 
 def masks_after(generation: Generation, masks: Masks, command: Command) -> Masks:
-    """Return what is streamed once a robot has executed a command; most commands change nothing.
+    """Return the masks after a robot has executed a command; most commands change nothing.
 
     Args:
         generation: the protocol of the robot.
-        masks: what was streamed before; ``Masks()`` for a robot that was just switched on.
-        command: what it executed.
+        masks: the masks before; ``Masks()`` for a robot that was just switched on.
+        command: the command.
     """
     setter = _SETTERS[generation].get((command.did, command.cid))
     if setter is None:
@@ -185,12 +186,12 @@ def masks_after(generation: Generation, masks: Masks, command: Command) -> Masks
 
 
 def sensors_of(generation: Generation, robot: Robot | None) -> tuple[Sensor, ...]:
-    """Return the sensors that a robot's bits mean, in the order of the wire; for None, of any robot."""
+    """Return the sensors of a robot in the order of the wire; for None, those of any robot."""
     return _sensors_of(generation, robot.key if robot else "")
 
 
 def unknown_bits(generation: Generation, masks: Masks, robot: Robot | None = None) -> Masks:
-    """Return the bits that are set and mean no known sensor of this robot."""
+    """Return the bits that are set but belong to no known sensor of this robot."""
     known = Masks()
     for sensor in sensors_of(generation, robot):
         bit = 1 << sensor.bit
@@ -232,14 +233,14 @@ def streaming_fields(
 
 
 def stream_layout(generation: Generation, masks: Masks, robot: Robot | None = None) -> Layout:
-    """Return the layout of one frame as far as it is known: bits of no known sensor are left out."""
+    """Return the layout of one frame, without the bits of unknown sensors."""
     return _stream_layout(generation, masks, robot.key if robot else "")
 
 
 def _behind_unknown_bits(
     generation: Generation, masks: Masks, payload: bytes, robot: Robot | None, unknown: Masks
 ) -> Decoded:
-    """Decode what comes before the first unknown bit, if the payload is one frame; the rest are numbers."""
+    """Decode the sensors before the first unknown bit, if the payload is one frame; the rest has no names."""
     words = [f"{1 << bit:#010x}" for bit in _bits(unknown.mask)]
     words += [f"{1 << bit:#010x} of the extended mask" for bit in _bits(unknown.extended)]
     problem = f"unknown sensor bit {', '.join(words)}"

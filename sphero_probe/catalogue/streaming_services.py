@@ -1,9 +1,9 @@
-"""RVR's streaming services: what a client configured, and what the delivered numbers mean.
+"""RVR's streaming services: what a client has configured, and what the delivered numbers mean.
 
-A client tells a node, for each of four tokens, which services in which size it wants (0x18:0x39), then starts
-them all (0x18:0x3A). From then on the node sends one notification (0x18:0x3D) per token and period: the
-token, then the values of its services in that order. A value is an unsigned number of 8, 16 or 32 bits, the
-share of the service's range [sdk: the service table of the maker's Python SDK and how it reads values].
+For each of four tokens, a client configures the services that a node sends and their size (0x18:0x39), then
+starts them all (0x18:0x3A). After that the node sends one notification (0x18:0x3D) per token and period: the
+token, then the values of its services in the same order. A value is an unsigned number of 8, 16 or 32 bits, a
+fraction of the service's range [sdk: the service table of the maker's Python SDK and how it reads values].
 """
 
 from collections.abc import Mapping
@@ -23,11 +23,11 @@ DELIVER: Final = (0x18, 0x3D)
 TOKENS: Final = range(1, 5)
 """The tokens that the maker's SDK uses; a notification has one in its lower four bits."""
 MOST_SERVICES: Final = 5
-"""Services of one token at most: the configuration has 15 bytes in the maker's SDK."""
+"""Most services of one token: the configuration has 15 bytes in the maker's SDK."""
 BITS: Final = {0: 8, 1: 16, 2: 32}
 """Size byte of a configuration -> bits of a value."""
 _STATUS: Final = 0x10
-"""The first byte of a delivery is the token, or so much more where the values are not valid [sdk]."""
+"""Added to the token in the first byte of a delivery if the values are not valid [sdk]."""
 _ENTRY: Final = 3
 """Bytes of one service in a configuration: id u16, size u8."""
 
@@ -37,8 +37,8 @@ class Channel(NamedTuple):
 
     Attributes:
         name: unique among all services: ``pitch``, ``accelerometer_x``.
-        minimum: the value of the number 0.
-        maximum: the value of the largest number.
+        minimum: the value that 0 stands for.
+        maximum: the value that the largest number stands for.
         unit: of the value, empty where it has none.
         whole: the value is a whole number.
     """
@@ -54,11 +54,11 @@ class Service(NamedTuple):
     """One streaming service.
 
     Attributes:
-        id: as a configuration names it.
-        name: of the service.
+        id: its number in a configuration.
+        name: its name.
         nodes: the nodes that have it.
         channels: its values in the order of the wire.
-        least_bits: of a value; a real robot refused less.
+        least_bits: fewest bits of a value; a real robot rejected fewer.
     """
 
     id: int
@@ -76,7 +76,7 @@ class Slot(NamedTuple):
 
 
 Configurations = Mapping[tuple[int, int], tuple[Slot, ...]]
-"""(node, token) -> what was configured for it."""
+"""(node, token) -> the services that were configured for it."""
 
 _PRIMARY, _SECONDARY = 1, 2
 _WHOLE_COUNT: Final = 0xFFFF_FFFF
@@ -150,12 +150,12 @@ SERVICES: Final[dict[int, Service]] = {
 
 
 class Configuration(NamedTuple):
-    """What a configure command asks for.
+    """The contents of a configure command.
 
     Attributes:
-        token: as it was sent.
-        slots: the services in order; empty where ``problem`` is not.
-        problem: what is wrong with it, empty when all is well.
+        token: the token as sent.
+        slots: the services in order; empty if there is a ``problem``.
+        problem: what is wrong with it, or empty.
     """
 
     token: int
@@ -164,11 +164,11 @@ class Configuration(NamedTuple):
 
 
 def configuration(payload: bytes, node: int | None = None) -> Configuration:
-    """Read the argument bytes of a configure command; whatever the bytes are, this never raises.
+    """Read the argument bytes of a configure command; no bytes make this raise.
 
     Args:
         payload: token u8, then per service its id u16 and its size u8.
-        node: the node that must be able to stream it; None to read whatever is well formed.
+        node: the node that must have the services; None accepts any that are well formed.
     """
     token, entries = payload[0] if payload else 0, payload[1:]
     if token not in TOKENS:
@@ -184,7 +184,7 @@ def configuration(payload: bytes, node: int | None = None) -> Configuration:
         if node and node not in service.nodes:
             return Configuration(token, (), f"node {node} does not have {service.name}")
         if node and bits < service.least_bits:
-            return Configuration(token, (), f"{service.name} in {bits} bits was refused by a real robot")
+            return Configuration(token, (), f"{service.name} in {bits} bits was rejected by a real robot")
         slots.append(Slot(service, bits))
     if len({slot.service.id for slot in slots}) < len(slots):
         return Configuration(token, (), "a service is named twice")
@@ -192,11 +192,11 @@ def configuration(payload: bytes, node: int | None = None) -> Configuration:
 
 
 def configured_after(configured: Configurations, command: Command) -> Configurations:
-    """Return what is configured once a robot has executed a command; most commands change nothing.
+    """Return the configuration after a robot has executed a command; most commands change nothing.
 
     Args:
-        configured: what was configured before; ``{}`` for a robot that was just switched on.
-        command: what it executed; its target tells the node; None and the wildcard stand for any.
+        configured: the configuration before; ``{}`` for a robot that was just switched on.
+        command: the command; its target is the node; None and the wildcard stand for any.
     """
     pair, node = (command.did, command.cid), _node(command.target)
     if pair == CONFIGURE:
@@ -208,17 +208,17 @@ def configured_after(configured: Configurations, command: Command) -> Configurat
 
 
 def delivered_fields(configured: Configurations, payload: bytes, source: int | None) -> Decoded | None:
-    """Take the payload of a delivery apart; whatever the bytes are, this never raises.
+    """Decode the payload of a delivery; no bytes make this raise.
 
     Args:
-        configured: what was configured when it was sent.
+        configured: the configuration when it was sent.
         payload: of the notification ``DELIVER``: the token, then the values.
-        source: address of the node that sent it, None where it did not tell.
+        source: address of the node that sent it, None where absent.
 
     Returns:
-        ``token`` and the values by name, ``valid: False`` where the node marks them as not valid. None where
-        nobody was seen configuring this token, where more than one node may have sent it, or where the length
-        is not the configured one: then no number has a name.
+        ``token`` and the values by name, ``valid: False`` where the node marks them as not valid. None if
+        the configuration of this token was not seen, if more than one node may have sent it, or if the length
+        is not the configured one: then the numbers have no names.
     """
     if not payload:
         return None
@@ -242,13 +242,13 @@ def delivered_fields(configured: Configurations, payload: bytes, source: int | N
 
 
 def value_of(channel: Channel, raw: int, bits: int) -> float:
-    """Return the value that a number stands for: its share of the range, in six significant decimals."""
+    """Return the value that a number stands for, rounded to six decimals."""
     value = raw / ((1 << bits) - 1) * (channel.maximum - channel.minimum) + channel.minimum
     return round(value) if channel.whole else round(value, 6)
 
 
 def raw_of(channel: Channel, value: float, bits: int) -> int:
-    """Return the number that stands for a value, the opposite of ``value_of``; out of range, the nearest."""
+    """Return the number that stands for a value, the opposite of ``value_of``; nearest if out of range."""
     share = (value - channel.minimum) / (channel.maximum - channel.minimum)
     return round(min(max(share, 0.0), 1.0) * ((1 << bits) - 1))
 
@@ -259,7 +259,7 @@ def _node(address: int | None) -> int:
 
 
 def _slots(configured: Configurations, node: int, token: int) -> tuple[Slot, ...]:
-    """Find what was configured for a token: by that node, or by the only one that has it."""
+    """Return the configuration of a token on a node, or of the only node that has the token."""
     if (node, token) in configured:
         return configured[node, token]
     if (WILDCARD, token) in configured:

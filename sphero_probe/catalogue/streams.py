@@ -1,4 +1,4 @@
-"""Reads sensor streams: follows which sensors a robot was told to send, and names the numbers that it sends.
+"""Decodes sensor streams: remembers which sensors a robot was told to send, and names the numbers in them.
 
 The payload of a streaming notification does not say which sensors its numbers come from; the last command
 that set the masks does, or the one that configured a streaming service of RVR.
@@ -36,8 +36,8 @@ class StreamDecoder:
         """Begin with a robot that streams nothing.
 
         Args:
-            generation: the protocol that it speaks.
-            robot: the model, whose bits of a mask count; None where it is not known.
+            generation: its protocol.
+            robot: the model, which decides what the bits of a mask mean; None where it is not known.
         """
         self._codec = CODECS[generation]
         self._robot = robot
@@ -46,16 +46,16 @@ class StreamDecoder:
         self._asked: dict[int, Command] = {}
 
     def executed(self, command: Command) -> None:
-        """Take in that the robot executed a command; one that sets no masks or services changes nothing."""
+        """Note that the robot executed a command; one that sets no masks or services changes nothing."""
         generation = self._codec.generation
         self._masks = masks_after(generation, self._masks, command)
         if generation is Generation.V2:
             self._configured = configured_after(self._configured, command)
 
     def observe(self, packet: Packet) -> None:
-        """Take in a packet of recorded traffic, in the order in which the packets were sent.
+        """Process a packet of recorded traffic, in the order in which the packets were sent.
 
-        A command counts as executed once its response says so, or at once where it asks for none.
+        A command counts as executed once its response reports success, or at once if it asks for no response.
         """
         match packet:
             case Request(command=command, seq=seq, wants_answer=True):
@@ -70,10 +70,10 @@ class StreamDecoder:
                         self.executed(command_asked)
 
     def decode(self, notification: Notification) -> Decoded | None:
-        """Return what a streaming notification says; whatever the bytes are, this never raises.
+        """Return what a streaming notification says; no payload makes this raise.
 
         Returns:
-            The numbers by sensor, as ``streaming_fields`` or ``delivered_fields`` gives them; None for any
+            The numbers by sensor, from ``streaming_fields`` or ``delivered_fields``; None for any
             other notification, and where no sensor is known to be streamed.
         """
         generation = self._codec.generation

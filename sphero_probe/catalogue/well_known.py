@@ -1,4 +1,4 @@
-"""Which command does a well-known job: a generation and a job in, the command's row out."""
+"""The commands that the tool itself needs, such as wake, echo and stop, for each generation."""
 
 from enum import StrEnum
 from typing import Final
@@ -9,18 +9,18 @@ from sphero_probe.protocol.packets import Generation
 
 
 class WellKnown(StrEnum):
-    """What every robot can do one way or another."""
+    """Tasks that every robot can do in some way."""
 
     WAKE = "wake"
     ECHO = "echo"
-    """Harmless, and its answer is known: what was sent comes back."""
+    """Harmless, and its response is known: the robot sends the arguments back."""
     VERSION = "version"
     ERROR_ON_DEMAND = "error on demand"
-    """Answers with the error code that it is given: shows that codes are read rightly."""
+    """Responds with the error code that it is given, which shows that codes are decoded correctly."""
     CLAIMED_DEVICES = "claimed devices"
-    """Lists the device ids that the robot says it has; evidence, not truth."""
+    """Lists the device ids that the robot claims to have; evidence, not proof."""
     CLAIMED_COMMANDS = "claimed commands"
-    """Lists the command ids of one device likewise; takes the device id."""
+    """Lists the command ids that the robot claims for one device; takes the device id."""
     STOP = "stop"
     """Motors off: the arguments are zeros."""
 
@@ -71,7 +71,7 @@ FACTS: Final[dict[Generation, tuple[str, ...]]] = {
         "power.get_charger_state",
     ),
 }
-"""The documented reads that describe a robot, in the order people want to read them."""
+"""The documented reads that describe a robot, in the order in which reports show them."""
 
 
 VERSION_FIELDS: Final[dict[Generation, tuple[str, ...]]] = {
@@ -82,6 +82,6 @@ VERSION_FIELDS: Final[dict[Generation, tuple[str, ...]]] = {
 
 
 def row_for(generation: Generation, job: WellKnown) -> CommandRow | None:
-    """Return the row of the command that does a job, None where the generation has none."""
+    """Return the row of the command for a task, None where the generation has none."""
     name = _JOBS[generation].get(job)
     return row_by_name(generation, name) if name else None

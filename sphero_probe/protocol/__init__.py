@@ -1,4 +1,8 @@
-"""Bytes to packets and back: no I/O, no clock, no asyncio; ``CODECS`` is the way in."""
+"""The wire protocols: encoders and decoders for V1 and V2, without I/O, clock or asyncio.
+
+``CODECS`` maps each generation to its codec. ``codec`` defines what a codec and a decoder are, ``packets``
+what they read and write.
+"""
 
 from typing import Final
 

@@ -1,9 +1,9 @@
-"""Where a node is: the port that leads to it and its number, which share one byte on the wire.
+"""Node addresses: a port and a node number, which share one byte on the wire.
 
 From "Sending Information via Channels" in Sphero's description of its API [vendor]: an address is seen from
 the sender. The port is the one through which a packet leaves the sender's system, 0 for a node of the same
-system. Node 0 is the wildcard: the system that is reached decides which of its nodes serves the command. The
-byte is port << 4 | node [reference, real]; in the package, only this module takes it apart.
+system. Node 0 is the wildcard: the receiving system decides which of its nodes serves the command. The byte
+is port << 4 | node [reference, real]; in this package, only this module splits it.
 """
 
 from typing import Final, NamedTuple, Self
@@ -21,7 +21,7 @@ class Address(NamedTuple):
     """One node as a packet names it.
 
     Attributes:
-        port: the port on the way to the node, 0-15; 0 stays within the sender's system.
+        port: the port that leads to the node, 0-15; 0 is the sender's own system.
         node: the node's number, 0-15; 0 is the wildcard.
     """
 
@@ -30,13 +30,13 @@ class Address(NamedTuple):
 
     @classmethod
     def from_byte(cls, byte: int) -> Self:
-        """Return the address that a byte stands for.
+        """Return the address that a byte encodes.
 
         Raises:
-            ValueError: it is no byte.
+            ValueError: it is not a byte.
         """
         if not 0 <= byte <= 0xFF:
-            raise ValueError(f"{byte} is no address byte")
+            raise ValueError(f"{byte} is not an address byte")
         return cls(byte >> _NODE_BITS, byte & _NODE_MASK)
 
     @property

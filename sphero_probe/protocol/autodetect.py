@@ -1,7 +1,7 @@
-"""A stream of either generation, or of both, in; packets with their generation out.
+"""Decodes a stream whose generation is not known, or which mixes both.
 
-V2 frames are looked for first: they have an end mark and escapes, so noise seldom looks like one. What is no
-V2 frame is offered to V1; only what neither can read is malformed.
+V2 frames are searched for first: they have an end marker and escapes, so noise seldom looks like one. All
+other bytes are tried as V1. Bytes that neither decoder accepts are malformed.
 """
 
 from typing import Final, NamedTuple
@@ -10,7 +10,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
 
 _MAX_HELD: Final = 1 << 16
-"""Bytes of rubbish that are kept together before they are given up."""
+"""Bytes without a V2 frame that are collected before they are tried as V1."""
 
 
 class Detected(NamedTuple):
@@ -21,39 +21,39 @@ class Detected(NamedTuple):
 
 
 class AutoDecoder:
-    """Decodes a stream of unknown generation, as a witness of both ends."""
+    """Decodes a stream of unknown generation, as an observer of both directions."""
 
     def __init__(self) -> None:
-        self._second = CODECS[Generation.V2].decoder(Role.WITNESS)
+        self._v2 = CODECS[Generation.V2].decoder(Role.OBSERVER)
         self._noise: list[Malformed] = []
         self._held = 0
 
     def feed(self, data: bytes) -> list[Detected]:
         """Take the next bytes of the stream and return what they complete."""
         found: list[Detected] = []
-        for packet in self._second.feed(data):
+        for packet in self._v2.feed(data):
             if isinstance(packet, Malformed):
                 self._noise.append(packet)
                 self._held += len(packet.raw)
                 if self._held > _MAX_HELD:
-                    found += self._sift()
+                    found += self._try_v1()
             else:
                 if self._noise:
-                    found += self._sift()
+                    found += self._try_v1()
                 found.append(Detected(Generation.V2, packet))
         return found
 
     def end(self) -> list[Detected]:
-        """Return what is left when the stream is over."""
-        held = self._second.give_up()
+        """Return the remaining packets at the end of the stream."""
+        held = self._v2.give_up()
         self._noise += [packet for packet in held if isinstance(packet, Malformed)]
-        return self._sift()
+        return self._try_v1()
 
-    def _sift(self) -> list[Detected]:
-        """Offer a stretch that is no V2 to V1; keep V2's reasons where V1 finds nothing in it."""
+    def _try_v1(self) -> list[Detected]:
+        """Try the bytes without a V2 frame as V1; where V1 finds nothing either, keep V2's reasons."""
         noise, self._noise, self._held = self._noise, [], 0
-        first = CODECS[Generation.V1].decoder(Role.WITNESS)
-        packets = first.feed(b"".join(packet.raw for packet in noise)) + first.give_up()
+        v1 = CODECS[Generation.V1].decoder(Role.OBSERVER)
+        packets = v1.feed(b"".join(packet.raw for packet in noise)) + v1.give_up()
         if all(isinstance(packet, Malformed) for packet in packets):
             return [Detected(Generation.V2, packet) for packet in noise]
         return [Detected(Generation.V1, packet) for packet in packets]

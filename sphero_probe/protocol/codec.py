@@ -1,4 +1,4 @@
-"""The seam between the generations: everything above speaks packets through these two protocols."""
+"""The interface that both generations implement; the layers above use only this, and never a frame format."""
 
 from typing import Protocol
 
@@ -14,36 +14,37 @@ from sphero_probe.protocol.packets import (
 
 
 class Decoder(Protocol):
-    """Bytes in, packets out; any cut of the stream; never raises on input."""
+    """Turns bytes into packets, however the stream is split; no input makes it raise."""
 
     def feed(self, data: bytes) -> list[Packet]:
         """Take the next bytes of the stream and return the packets that they complete."""
         ...
 
     def give_up(self) -> list[Packet]:
-        """Return what is held back because the line went quiet: nothing is, after this.
+        """Return everything that is still buffered, because the line went quiet.
 
-        That is a half frame as ``Malformed``, and the packets that a false length made it swallow.
+        That is an unfinished frame as ``Malformed``, and any packets inside it that a wrong length had
+        hidden.
         """
         ...
 
 
 class Codec(Protocol):
-    """One generation's way of writing packets as bytes."""
+    """Encodes and decodes the packets of one generation."""
 
     @property
     def generation(self) -> Generation:
-        """Which protocol this is."""
+        """The protocol."""
         ...
 
     @property
     def sequence_numbers(self) -> range:
-        """The handles a host may allocate."""
+        """The sequence numbers that a host may allocate."""
         ...
 
     @property
     def answers_name_commands(self) -> bool:
-        """Whether a response names the DID and CID that it answers; else its sequence number is all."""
+        """Whether a response repeats the DID and CID of its command, besides the sequence number."""
         ...
 
     @property
@@ -57,8 +58,8 @@ class Codec(Protocol):
         """Return the frame of a command.
 
         Args:
-            command: what to ask; a ``target`` adds the addresses where the generation has any.
-            seq: the handle, 0-255.
+            command: the command; a ``target`` adds the addresses, in a generation that has them.
+            seq: the sequence number, 0-255.
             answer: ask for a response.
             activity: reset the robot's sleep timer.
 
@@ -68,35 +69,35 @@ class Codec(Protocol):
         ...
 
     def encode_response(self, response: Response) -> bytes:
-        """Return the frame of an answer (serves the simulator and the tests)."""
+        """Return the frame of a response (used by the simulator and the tests)."""
         ...
 
     def encode_notification(self, notification: Notification) -> bytes:
-        """Return the frame of a notification (serves the simulator and the tests)."""
+        """Return the frame of a notification (used by the simulator and the tests)."""
         ...
 
     def frame_of(self, packet: Packet) -> bytes:
-        """Return the very bytes that a decoded packet came in."""
+        """Return the exact bytes that a packet was decoded from."""
         ...
 
     def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
-        """Whether damaged bytes may be what is left of the answer to a command.
+        """Whether damaged bytes may be the remains of the response to a command.
 
         Args:
-            raw: bytes that are no packet.
-            command: what was asked.
-            seq: its handle.
+            raw: bytes that are not a valid packet.
+            command: the command that was sent.
+            seq: its sequence number.
         """
         ...
 
     def decoder(self, role: Role) -> Decoder:
-        """Return a fresh decoder for one end of the line."""
+        """Return a new decoder for one role."""
         ...
 
     def verdict(self, code: int) -> Verdict:
-        """Return what a code means; total: an unlisted code gives ``Verdict.UNLISTED``."""
+        """Return what a code means, ``Verdict.UNLISTED`` for a code that is in no document."""
         ...
 
     def code_name(self, code: int) -> str:
-        """Return the code's documented name, ``unlisted`` where there is none."""
+        """Return the code's documented name, or ``unlisted``."""
         ...

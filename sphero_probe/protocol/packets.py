@@ -1,4 +1,4 @@
-"""The values that every layer speaks in: what a packet says, whatever generation carried it."""
+"""Packets as values: what a packet says, independent of the generation that carries it."""
 
 from enum import Enum, StrEnum
 from typing import NamedTuple
@@ -12,16 +12,18 @@ class Generation(StrEnum):
 
 
 class Role(Enum):
-    """Which end of the line a decoder listens at: a command and a notification can look alike."""
+    """Whose traffic a decoder reads; a command and a notification can have the same bytes."""
 
     HOST = "host"
+    """Reads what a robot sends."""
     ROBOT = "robot"
-    WITNESS = "witness"
-    """A tap on the line that hears both ends, as in a capture: kinds are told apart by their looks."""
+    """Reads what a host sends."""
+    OBSERVER = "observer"
+    """Reads both directions at once, as in a capture: it tells the kinds of packets apart by their bytes."""
 
 
 class Verdict(Enum):
-    """What an answer's code says about a command, in words both generations share."""
+    """What a response code says about a command, in terms that both generations share."""
 
     OK = "ok"
     NO_DEVICE = "no such device id"
@@ -39,7 +41,7 @@ class Verdict(Enum):
 
 
 class Command(NamedTuple):
-    """One command as a person names it.
+    """A command, independent of how it is sent.
 
     Attributes:
         did: device id, 0-255.
@@ -55,14 +57,14 @@ class Command(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A command as the robot's end hears it.
+    """A command as a robot receives it.
 
     Attributes:
-        command: what is asked.
-        seq: the handle that the answer will echo, 0-255.
-        source: address byte of who asks, None where absent.
+        command: the command.
+        seq: the sequence number that the response repeats, 0-255.
+        source: address byte of the sender, None where absent.
         flags: the raw flag byte(s), first byte lowest; meaning depends on the generation.
-        wants_answer: a response is expected to this request whatever its code.
+        wants_answer: the sender expects a response, whatever its code.
     """
 
     command: Command
@@ -73,16 +75,16 @@ class Request(NamedTuple):
 
 
 class Response(NamedTuple):
-    """An answer to a command.
+    """The response to a command.
 
     Attributes:
-        seq: the handle of the request, 0-255.
-        code: the error code as it was sent, 0-255; ``Codec.verdict`` gives it a meaning.
+        seq: the sequence number of the request, 0-255.
+        code: the response code, 0-255; ``Codec.verdict`` says what it means.
         payload: the data bytes.
-        did: device id, None where the generation does not send it back.
-        cid: command id, None likewise.
+        did: device id, None in V1, which does not send it back.
+        cid: command id, None in V1.
         source: address byte of the node that answered, None where absent.
-        target: address byte of who asked, None where absent.
+        target: address byte of the node that the response is for, None where absent.
         flags: the raw flag byte(s).
     """
 
@@ -97,14 +99,14 @@ class Response(NamedTuple):
 
 
 class Notification(NamedTuple):
-    """What a robot says unasked.
+    """A message that a robot sends without a request.
 
     Attributes:
-        did: device id; None in V1, whose async id stands in ``cid``.
+        did: device id; None in V1, whose async id is in ``cid``.
         cid: command id, or the V1 async id.
         payload: the data bytes.
-        source: address byte of the node that speaks, None where absent.
-        target: address byte of the listener, None where absent.
+        source: address byte of the node that sent it, None where absent.
+        target: address byte of the receiver, None where absent.
         seq: the sequence byte, 0xFF in every capture; None where the generation has none.
         flags: the raw flag byte(s).
     """
@@ -119,11 +121,11 @@ class Notification(NamedTuple):
 
 
 class Malformed(NamedTuple):
-    """Bytes that are no packet: evidence, never raised.
+    """Bytes that are not a valid packet. They are returned as data; no decoder raises on them.
 
     Attributes:
-        raw: the bytes as they came.
-        reason: what is wrong with them, in words.
+        raw: the bytes as received.
+        reason: what is wrong with them, as text.
     """
 
     raw: bytes

@@ -1,19 +1,19 @@
-"""The V1 protocol of Sphero, SPRK, SPRK+, Ollie and BB-8: packets in, frames out, and back.
+"""The V1 codec, for Sphero, SPRK, SPRK+, Ollie and BB-8.
 
 =============  ==========================================  ============
-a command      ``FF SOP2 DID CID SEQ DLEN data CHK``       SOP2 F8 - FF
-a response     ``FF FF MRSP SEQ DLEN data CHK``
-what is async  ``FF FE ID DLEN_hi DLEN_lo data CHK``
+command        ``FF SOP2 DID CID SEQ DLEN data CHK``       SOP2 F8 - FF
+response       ``FF FF MRSP SEQ DLEN data CHK``
+notification   ``FF FE ID DLEN_hi DLEN_lo data CHK``
 =============  ==========================================  ============
 
-DLEN counts the data and the checksum. A command without an answer but with a reset of the sleep timer begins
-``FF FE`` as well, so what the starts mean depends on the end of the line that listens:
+DLEN counts the data and the checksum. A command that asks for no response but resets the sleep timer also
+starts with ``FF FE``, so the meaning of a start depends on the decoder's role:
 
-* a host hears responses and notifications, a robot hears commands;
-* a witness tries a start as all that it can be; the shape that is whole first and adds up is the one.
-  ``FF FE xx 00`` is a notification, as no command is known to have CID 00. Where a command and a response fit
-  the very same bytes (SEQ is one more than DLEN), they are the response if a command with its SEQ was heard
-  and not answered yet, else the command.
+* A host reads responses and notifications. A robot reads commands.
+* An observer tries every kind of frame that a start can begin, and takes the shortest one whose checksum
+  fits. ``FF FE xx 00`` is a notification, because no known command has CID 00. Where the same bytes are both
+  a valid command and a valid response (SEQ is one more than DLEN), they are the response if a command with
+  that SEQ is still unanswered, otherwise the command.
 """
 
 from operator import itemgetter
@@ -51,7 +51,7 @@ SOP2_RESPONSE: Final = 0xFF
 SOP2_NOTIFICATION: Final = 0xFE
 
 MAX_PAYLOAD: Final = 254
-"""Longest payload that one DLEN byte can announce beside the checksum."""
+"""Longest payload that one DLEN byte can announce, which also counts the checksum."""
 MAX_ASYNC_PAYLOAD: Final = MAX_FRAME - 6
 """Longest payload of a notification that a decoder waits for; the 16-bit length could announce 65 534."""
 FIXED_PAYLOADS: Final[dict[tuple[int, int], int]] = {(0x02, 0x47): 0x404}
@@ -87,11 +87,11 @@ _CODES: Final[dict[int, tuple[str, Verdict]]] = {
 
 
 class V1Codec:
-    """The V1 half of the seam; stateless."""
+    """The codec of V1; it has no state."""
 
     generation = Generation.V1
     sequence_numbers = range(256)
-    answers_name_commands = False  # a response echoes SEQ alone
+    answers_name_commands = False  # a response repeats only SEQ
     max_payload = MAX_PAYLOAD
 
     def encode_command(
@@ -100,9 +100,9 @@ class V1Codec:
         """Return the frame of a command.
 
         Args:
-            command: what to ask; ``target`` is left out, V1 has no nodes.
-            seq: the handle, 0-255.
-            answer: SOP2 bit 0; without it the robot acts and says nothing.
+            command: the command; ``target`` is ignored, because V1 has no nodes.
+            seq: the sequence number, 0-255.
+            answer: SOP2 bit 0; without it the robot acts but does not respond.
             activity: SOP2 bit 1, reset the inactivity timeout.
 
         Raises:
@@ -113,7 +113,7 @@ class V1Codec:
         return _encode_request(sop2, command, seq)
 
     def encode_response(self, response: Response) -> bytes:
-        """Return the frame of an answer; what V1 does not send back (ids, addresses) is left out.
+        """Return the frame of a response, without the ids and addresses that V1 does not send back.
 
         Raises:
             ValueError: a number is out of range or the payload is longer than 254 bytes.
@@ -122,7 +122,7 @@ class V1Codec:
         return frame(SOP2_RESPONSE, bytes((response.code, response.seq, length)) + response.payload)
 
     def encode_notification(self, notification: Notification) -> bytes:
-        """Return the frame of an async message.
+        """Return the frame of a notification.
 
         Raises:
             ValueError: there is a DID, the id is out of range or the payload is longer than 4090 bytes.
@@ -133,7 +133,7 @@ class V1Codec:
         return frame(SOP2_NOTIFICATION, bytes((notification.cid,)) + length + notification.payload)
 
     def frame_of(self, packet: Packet) -> bytes:
-        """Return the very bytes that a decoded packet came in."""
+        """Return the exact bytes that a packet was decoded from."""
         match packet:
             case Malformed(raw=raw):
                 return raw
@@ -145,23 +145,23 @@ class V1Codec:
                 return _encode_request(SOP2_COMMAND & ~_OPTIONS | flags & _OPTIONS, command, seq)
 
     def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
-        """Whether damaged bytes may be what is left of the answer to a command: they name its handle."""
+        """Whether damaged bytes may be the remains of a response: they contain its sequence number."""
         del command
         at = raw.find(bytes((SOP1, SOP2_RESPONSE)))
         return at >= 0 and raw[at + 3 : at + 4] == bytes((seq,))
 
     def decoder(self, role: Role) -> Decoder:
-        """Return a fresh decoder for one end of the line, or for a tap on it."""
+        """Return a new decoder for one role."""
         if role is Role.HOST:
-            return _HostDecoder(_LAYOUTS[role], _tell)
-        return Deframer(_LAYOUTS[role], _Witness().tell if role is Role.WITNESS else _tell)
+            return _HostDecoder(_LAYOUTS[role], _parse_frame)
+        return Deframer(_LAYOUTS[role], _ObserverParser().parse if role is Role.OBSERVER else _parse_frame)
 
     def verdict(self, code: int) -> Verdict:
-        """Return what an MRSP code means; those in no document are ``UNLISTED``."""
+        """Return what an MRSP code means, ``UNLISTED`` for a code that is in no document."""
         return _CODES.get(code, _UNLISTED)[1]
 
     def code_name(self, code: int) -> str:
-        """Return the V1 name of an MRSP code, ``unlisted`` where the documents have none."""
+        """Return the V1 name of an MRSP code, or ``unlisted``."""
         return _CODES.get(code, _UNLISTED)[0]
 
 
@@ -189,7 +189,7 @@ def _command_length(header: bytes) -> int:
 
 
 def _unanswered_command_length(header: bytes) -> int:
-    """As ``_command_length``, for a start that a short notification has too: its 00 is no CID."""
+    """As ``_command_length``, for a start that a short notification shares: CID 00 is not a command."""
     return _command_length(header) if header[3] else 0
 
 
@@ -201,7 +201,7 @@ _ANY_COMMAND: Final[dict[int, tuple[Layout, ...]]] = dict.fromkeys(range(0xF8, 0
 _LAYOUTS: Final[dict[Role, dict[int, tuple[Layout, ...]]]] = {
     Role.HOST: {SOP2_RESPONSE: (_RESPONSE,), SOP2_NOTIFICATION: (_NOTIFICATION,)},
     Role.ROBOT: _ANY_COMMAND,
-    Role.WITNESS: _ANY_COMMAND
+    Role.OBSERVER: _ANY_COMMAND
     | {
         SOP2_RESPONSE: (_RESPONSE, _COMMAND),
         SOP2_NOTIFICATION: (_NOTIFICATION, Layout(Kind.COMMAND, 6, _unanswered_command_length)),
@@ -211,8 +211,8 @@ _LAYOUTS: Final[dict[Role, dict[int, tuple[Layout, ...]]]] = {
 _new = tuple.__new__  # a NamedTuple's own __new__ costs twice as much, and this is the hot path
 
 
-def _tell(kinds: list[Kind], raw: bytes) -> Packet:
-    """Return the packet of a sound frame, taken as the first of the kinds that it fits."""
+def _parse_frame(kinds: list[Kind], raw: bytes) -> Packet:
+    """Return the packet of a valid frame, as the first of the kinds that match it."""
     kind = kinds[0]
     if kind is Kind.RESPONSE:
         return _new(Response, (raw[3], raw[2], raw[5:-1], None, None, None, None, SOP2_RESPONSE))
@@ -222,17 +222,17 @@ def _tell(kinds: list[Kind], raw: bytes) -> Packet:
     return _new(Request, (Command(raw[2], raw[3], raw[6:-1]), raw[4], None, sop2, bool(sop2 & SOP2_ANSWER)))
 
 
-class _Witness:
-    """What a tap on the line remembers to tell an answer from a command: which commands wait for one."""
+class _ObserverParser:
+    """Parses frames of both directions; remembers unanswered commands, to tell a response from a command."""
 
     def __init__(self) -> None:
         self._unanswered: set[int] = set()
 
-    def tell(self, kinds: list[Kind], raw: bytes) -> Packet:
-        """Return the packet of a sound frame."""
+    def parse(self, kinds: list[Kind], raw: bytes) -> Packet:
+        """Return the packet of a valid frame."""
         if kinds[0] is Kind.RESPONSE and len(kinds) > 1 and raw[3] not in self._unanswered:
             kinds = kinds[1:]
-        packet = _tell(kinds, raw)
+        packet = _parse_frame(kinds, raw)
         if isinstance(packet, Request) and packet.wants_answer:
             self._unanswered.add(packet.seq)
         elif isinstance(packet, Response):
@@ -241,15 +241,15 @@ class _Witness:
 
 
 _HEADER = Struct(">H3B").unpack_from
-_ANSWERS, _TELLS = SOP1 << 8 | SOP2_RESPONSE, SOP1 << 8 | SOP2_NOTIFICATION
-_STARTS: Final = (_ANSWERS.to_bytes(2), _TELLS.to_bytes(2))
-_HALF_A_START = bytes((SOP1,))
-_LONGEST = 253
-"""DLEN of the longest frame that the quick way takes: up to there adler32 tells the sum exactly."""
+_RESPONSE_START, _NOTIFICATION_START = SOP1 << 8 | SOP2_RESPONSE, SOP1 << 8 | SOP2_NOTIFICATION
+_STARTS: Final = (_RESPONSE_START.to_bytes(2), _NOTIFICATION_START.to_bytes(2))
+_FIRST_START_BYTE = bytes((SOP1,))
+_MAX_FAST_DLEN = 253
+"""DLEN of the longest frame on the fast path: up to here adler32 gives the exact sum."""
 
 
 class _HostDecoder(Deframer):
-    """What a host hears: quick while one sound frame follows the other, for all else as any deframer."""
+    """A host's decoder: a fast path while valid frames follow each other, otherwise an ordinary deframer."""
 
     def feed(self, data: bytes) -> list[Packet]:
         """Take the next bytes of the stream and return the packets that they complete."""
@@ -265,11 +265,11 @@ class _HostDecoder(Deframer):
         last = size - MIN_FRAME
         while at <= last:
             start, first, second, length = _HEADER(held, at)
-            if start == _TELLS:
+            if start == _NOTIFICATION_START:
                 length |= second << 8
-            elif start != _ANSWERS:
+            elif start != _RESPONSE_START:
                 break
-            if not 0 < length <= _LONGEST:
+            if not 0 < length <= _MAX_FAST_DLEN:
                 break
             end = at + 5 + length
             if end > size:
@@ -278,7 +278,7 @@ class _HostDecoder(Deframer):
             body = held[at + 2 : end]
             if adler32(body) & 0xFF:
                 break
-            if start == _TELLS:
+            if start == _NOTIFICATION_START:
                 packets.append(
                     _new(Notification, (None, first, body[3:-1], None, None, None, SOP2_NOTIFICATION))
                 )
@@ -291,8 +291,8 @@ class _HostDecoder(Deframer):
         if at < size:
             if at > last and held[at : at + 2] in _STARTS:
                 self._need = MIN_FRAME
-            elif self._pending != _HALF_A_START:
-                packets += self._take(quiet=False)
+            elif self._pending != _FIRST_START_BYTE:
+                packets += self._extract(quiet=False)
         return packets
 
 

@@ -1,8 +1,9 @@
-"""V1 framing: a start and a body in, the frame out; a stream in any cuts in, packets and rubbish out.
+"""V1 framing: builds frames, and finds the frames in a stream.
 
-A frame is ``FF SOP2``, a header that ends with a length, and as many bytes as that says. The last of them is
-the checksum: 0xFF less the sum of all bytes behind SOP2. Nothing is escaped, so any two bytes of a payload
-can look like a start, and only length and checksum together tell what is a frame.
+A frame is ``FF SOP2``, a header that ends with a length, and that many further bytes. The last byte is the
+checksum: 0xFF minus the sum of all bytes after SOP2. Nothing is escaped, so any two bytes of a payload can
+    look
+like a start; only the length and the checksum together identify a frame.
 """
 
 import re
@@ -16,14 +17,14 @@ from sphero_probe.protocol.packets import Malformed, Packet
 
 SOP1: Final = 0xFF
 MAX_FRAME: Final = 4096
-"""Bytes of the longest frame that is waited for; an async length could announce 65 540."""
+"""Longest frame in bytes that the decoder waits for; a notification could announce 65 540."""
 MIN_FRAME: Final = 6
-"""Bytes of the shortest frame: an answer without data."""
+"""Shortest frame in bytes: a response without data."""
 
 _OUTSIDE = "bytes outside a frame"
 _END = itemgetter(0)
 _new = tuple.__new__  # a NamedTuple's own __new__ costs twice as much, and this is the hot path
-_ADLER_EXACT = 256  # up to here adler32's low half is 1 + sum without a modulus taken
+_ADLER_EXACT = 256  # up to this many bytes the low half of adler32 is exactly 1 + sum
 
 
 class Kind(Enum):
@@ -38,9 +39,10 @@ class Layout(NamedTuple):
     """How to find the end of a frame.
 
     Attributes:
-        kind: what the frame is.
-        header: bytes from the first up to and with the length.
-        length: takes the header, returns how many bytes follow it, checksum included; 0 where it is none.
+        kind: the kind of frame.
+        header: bytes from the start to the end of the length field.
+        length: takes the header, returns how many bytes follow it, checksum included; 0 for an invalid
+            length.
     """
 
     kind: Kind
@@ -48,25 +50,25 @@ class Layout(NamedTuple):
     length: Callable[[bytes], int]
 
 
-class _Sound(NamedTuple):
-    """A whole frame: where it ends, and every kind that it fits."""
+class _Valid(NamedTuple):
+    """A complete, valid frame: where it ends, and every kind that matches it."""
 
     end: int
     kinds: list[Kind]
 
 
-class _Spoilt(NamedTuple):
-    """No frame: where it would have ended, and what is wrong."""
+class _Invalid(NamedTuple):
+    """Not a frame: where it would have ended, and what is wrong with it."""
 
     end: int
     reason: str
 
 
-class _Waiting(NamedTuple):
-    """Perhaps a frame: up to where bytes are needed to tell, and what is wrong with a shorter reading."""
+class _Incomplete(NamedTuple):
+    """Possibly a frame: the offset up to which bytes are needed, and why a shorter frame does not match."""
 
     need: int
-    shorter: _Spoilt | None = None
+    shorter: _Invalid | None = None
 
 
 def frame(sop2: int, body: bytes) -> bytes:
@@ -74,18 +76,18 @@ def frame(sop2: int, body: bytes) -> bytes:
 
     Args:
         sop2: the second start byte.
-        body: all bytes behind it but the checksum.
+        body: all bytes after it, without the checksum.
     """
     return bytes((SOP1, sop2)) + body + bytes((~sum(body) & 0xFF,))
 
 
 class Deframer:
-    """A byte stream in, packets out: the first start with a sound frame behind it, then the next, and so on.
+    """Finds the frames of a stream, one after the other, and parses them.
 
-    A start that proves false costs no more than its first byte, so a frame inside or behind it is found. What
-    is no frame comes out as ``Malformed``, the same pieces whatever way the stream was cut: noise up to the
-    next start, a false frame up to the end that it announced or to the sound frame inside it. At most
-    2 x ``MAX_FRAME`` bytes are held back.
+    After a false start the search continues one byte later, so a frame inside or after it is found. All other
+    bytes are returned as ``Malformed``, in the same pieces however the stream was split: noise up to the next
+    start, an invalid frame up to its announced end or to the valid frame inside it. At most 2 x ``MAX_FRAME``
+    bytes are buffered.
     """
 
     def __init__(
@@ -93,7 +95,12 @@ class Deframer:
         layouts: Mapping[int, tuple[Layout, ...]],
         parse: Callable[[list[Kind], bytes], Packet],
     ) -> None:
-        """Take what begins with each SOP2, and what makes a packet of a whole frame and the kinds it fits."""
+        """Prepare an empty decoder.
+
+        Args:
+            layouts: SOP2 -> the frame layouts that it can begin.
+            parse: takes the kinds that match a frame and the frame, returns the packet.
+        """
         self._layouts = layouts
         self._parse = parse
         self._start = re.compile(b"\xff[" + re.escape(bytes(layouts)) + b"]")
@@ -105,77 +112,80 @@ class Deframer:
     def feed(self, data: bytes) -> list[Packet]:
         """Take the next bytes of the stream and return the packets that they complete."""
         self._pending += data
-        return self._take(quiet=False) if len(self._pending) >= self._need else []
+        return self._extract(quiet=False) if len(self._pending) >= self._need else []
 
     def give_up(self) -> list[Packet]:
-        """Return all that is held back, packets among it, because the line went quiet."""
-        return self._take(quiet=True)
+        """Return everything that is still buffered, because the line went quiet."""
+        return self._extract(quiet=True)
 
-    def _take(self, *, quiet: bool) -> list[Packet]:
-        """Return what can be told; up to ``told`` all is, from there to ``at`` stand bytes of no frame."""
+    def _extract(self, *, quiet: bool) -> list[Packet]:
+        """Return the packets that are certain.
+
+        Bytes before ``reported`` are returned already; those from there to ``at`` are in no frame.
+        """
         data, at, reason = self._pending, self._at, self._reason
-        told, need = 0, 0
+        reported, need = 0, 0
         packets: list[Packet] = []
         while True:
             if not reason:
                 start = self._start.search(data, at)
                 if start is None:
-                    half_a_start = not quiet and data.endswith(b"\xff", told)
-                    at = len(data) - half_a_start
-                    whole = at if quiet else told + (at - told) // MAX_FRAME * MAX_FRAME
-                    packets += _noise(data[told:whole], _OUTSIDE)
-                    told = whole
+                    partial_start = not quiet and data.endswith(b"\xff", reported)
+                    at = len(data) - partial_start
+                    upto = at if quiet else reported + (at - reported) // MAX_FRAME * MAX_FRAME
+                    packets += _noise(data[reported:upto], _OUTSIDE)
+                    reported = upto
                     break
                 at = start.start()
-                if at > told:
-                    packets += _noise(data[told:at], _OUTSIDE)
-                    told = at
-            verdict = self._judge(data, at, len(data))
-            waiting = isinstance(verdict, _Waiting)
-            if isinstance(verdict, _Waiting):
+                if at > reported:
+                    packets += _noise(data[reported:at], _OUTSIDE)
+                    reported = at
+            verdict = self._check(data, at, len(data))
+            waiting = isinstance(verdict, _Incomplete)
+            if isinstance(verdict, _Incomplete):
                 if not quiet:
                     need = verdict.need
                     break
-                verdict = self._give_up_on(verdict, data, at)
+                verdict = self._settle_incomplete(verdict, data, at)
                 waiting = verdict.end == len(data)
-            if isinstance(verdict, _Sound):
-                if at > told:
-                    packets += _noise(data[told:at], reason)
+            if isinstance(verdict, _Valid):
+                if at > reported:
+                    packets += _noise(data[reported:at], reason)
                 packets.append(self._parse(verdict.kinds, data[at : verdict.end]))
-                told = at = verdict.end
+                reported = at = verdict.end
                 reason = ""
                 continue
             end = verdict.end
             if end == len(data) and data[-1] == SOP1 and not quiet:
-                need = end + 1  # the next byte tells whether a frame begins with this one's last
+                need = end + 1  # the last byte may be the first one of the next frame
                 break
             reason = reason or verdict.reason
-            inside = self._start_inside(data, at, end, sound_only=waiting)
-            if inside is None:
-                packets += _noise(data[told:end], reason)
-                told = at = end
+            next_start = self._start_inside(data, at, end, valid_only=waiting)
+            if next_start is None:
+                packets += _noise(data[reported:end], reason)
+                reported = at = end
                 reason = ""
             else:
-                at = inside
-                whole = told + (at - told) // MAX_FRAME * MAX_FRAME
-                packets += _noise(data[told:whole], reason)
-                told = whole
-        self._pending, self._at, self._reason = data[told:], at - told, reason
-        self._need = max(need - told, 0)
+                at = next_start
+                upto = reported + (at - reported) // MAX_FRAME * MAX_FRAME
+                packets += _noise(data[reported:upto], reason)
+                reported = upto
+        self._pending, self._at, self._reason = data[reported:], at - reported, reason
+        self._need = max(need - reported, 0)
         return packets
 
-    def _give_up_on(self, waiting: _Waiting, data: bytes, at: int) -> _Spoilt:
-        """Say what is wrong with a frame that did not end: it did, damaged, where another one follows."""
+    def _settle_incomplete(self, waiting: _Incomplete, data: bytes, at: int) -> _Invalid:
+        """Say why an incomplete frame is invalid: a shorter, damaged one if a start follows, else cut off."""
         shorter = waiting.shorter
         if shorter and (shorter.end == len(data) or self._start.match(data, shorter.end)):
             return shorter
         missing = f"{len(data) - at} of {waiting.need - at} bytes"
-        return _Spoilt(len(data), f"the line went quiet inside a frame: {missing}")
+        return _Invalid(len(data), f"the line went quiet inside a frame: {missing}")
 
-    def _judge(self, data: bytes, at: int, limit: int) -> _Sound | _Waiting | _Spoilt:
-        """Tell what begins at a start, from the bytes before ``limit``; the nearest end is tried first."""
+    def _check(self, data: bytes, at: int, limit: int) -> _Valid | _Incomplete | _Invalid:
+        """Check what begins at a start, using the bytes before ``limit``; try the shortest frame first."""
         if limit - at < MIN_FRAME:
-            return _Waiting(at + MIN_FRAME)
+            return _Incomplete(at + MIN_FRAME)
         ends: list[tuple[int, Kind]] = []
         header, reason = 0, ""
         for kind, header, length in self._layouts[data[at + 1]]:
@@ -187,34 +197,34 @@ class Deframer:
             else:
                 ends.append((at + size, kind))
         if not ends:
-            return _Spoilt(at + header, reason)
+            return _Invalid(at + header, reason)
         if len(ends) > 1:
             ends.sort(key=_END)
         for end, kind in ends:
             if end > limit:
                 nearest = ends[0][0]
-                return _Waiting(end, _wrong_checksum(data, at, nearest) if nearest < end else None)
-            if _adds_up(data[at + 2 : end]):
+                return _Incomplete(end, _wrong_checksum(data, at, nearest) if nearest < end else None)
+            if _checksum_fits(data[at + 2 : end]):
                 fitting = [kind] if len(ends) == 1 else [other for its, other in ends if its == end]
-                return _new(_Sound, (end, fitting))
+                return _new(_Valid, (end, fitting))
         return _wrong_checksum(data, at, ends[0][0])
 
-    def _start_inside(self, data: bytes, at: int, end: int, *, sound_only: bool) -> int | None:
-        """Return the next start within a false frame that holds a frame, or reaches out of it and so may."""
+    def _start_inside(self, data: bytes, at: int, end: int, *, valid_only: bool) -> int | None:
+        """Return the next start inside an invalid frame that begins a valid frame or may extend past it."""
         while (start := self._start.search(data, at + 1)) and (at := start.start()) < end:
-            verdict = self._judge(data, at, end)
-            if isinstance(verdict, _Sound) or (isinstance(verdict, _Waiting) and not sound_only):
+            verdict = self._check(data, at, end)
+            if isinstance(verdict, _Valid) or (isinstance(verdict, _Incomplete) and not valid_only):
                 return at
         return None
 
 
-def _wrong_checksum(data: bytes, at: int, end: int) -> _Spoilt:
+def _wrong_checksum(data: bytes, at: int, end: int) -> _Invalid:
     expected = ~sum(data[at + 2 : end - 1]) & 0xFF
-    return _Spoilt(end, f"checksum 0x{data[end - 1]:02x}, expected 0x{expected:02x}")
+    return _Invalid(end, f"checksum 0x{data[end - 1]:02x}, expected 0x{expected:02x}")
 
 
-def _adds_up(checked: bytes) -> bool:
-    """Tell whether bytes and their checksum fit together."""
+def _checksum_fits(checked: bytes) -> bool:
+    """Whether bytes match their checksum, the last of them."""
     return (adler32(checked) if len(checked) <= _ADLER_EXACT else sum(checked) + 1) & 0xFF == 0
 
 

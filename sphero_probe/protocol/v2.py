@@ -1,6 +1,6 @@
-"""The V2 protocol of BOLT, BOLT+, Mini, RVR and the droids: packets in, escaped frames out, and back.
+"""The V2 codec, for BOLT, BOLT+, Mini, RVR and the droids.
 
-A packet is ``FLAGS [EXT] [TID] [SID] DID CID SEQ [ERR] DATA CHK`` between a frame's markers.
+The markers of a frame enclose ``FLAGS [EXT] [TID] [SID] DID CID SEQ [ERR] DATA CHK``.
 """
 
 from typing import Final
@@ -35,11 +35,11 @@ from sphero_probe.protocol.v2_frames import MAX_FRAME, frame, unescape_leniently
 __all__ = ["CLIENT", "FLAG_ACTIVITY", "FLAG_ANSWER", "FLAG_ONLY_ERRORS", "MAX_PAYLOAD", "V2"]
 
 CLIENT: Final = Address(0, 1).byte
-"""The source id that the host's end gives itself [reference, real]."""
+"""The source address that the host uses [reference, real]."""
 MAX_PAYLOAD: Final = 1024
-"""Longest payload the encoder accepts: escaped in full it still fits ``MAX_FRAME``."""
+"""Longest payload that the encoder accepts: with every byte escaped it still fits ``MAX_FRAME``."""
 _HEADER: Final = 8
-"""Bytes of a response up to its sequence number at most: an unescaped marker byte there cuts it off."""
+"""Most bytes that a response has up to its sequence number; damage there can cut the frame short."""
 
 _USUAL = FLAG_ANSWER | FLAG_ACTIVITY
 _ADDRESSED = FLAG_TARGET | FLAG_SOURCE
@@ -60,10 +60,10 @@ _CODES: Final[dict[int, tuple[str, Verdict]]] = {
 
 
 class V2Codec:
-    """The V2 half of the seam; stateless."""
+    """The codec of V2; it has no state."""
 
     generation = Generation.V2
-    sequence_numbers = range(255)  # 0xFF is left to notifications
+    sequence_numbers = range(255)  # notifications use 0xFF
     answers_name_commands = True
     max_payload = MAX_PAYLOAD
 
@@ -81,13 +81,13 @@ class V2Codec:
         """Return the frame of a command.
 
         Args:
-            command: what to ask; its ``target`` adds TID, and SID 0x01 unless ``source`` says otherwise.
-            seq: the handle, 0-255; allocate 0-254.
+            command: the command; its ``target`` adds TID, and SID 0x01 unless ``source`` is given.
+            seq: the sequence number, 0-255; allocate 0-254.
             answer: flag bit 1, ask for a response.
             activity: flag bit 3, reset the sleep timer.
-            only_errors: flag bit 2, answer only on error; without ``answer`` robots refuse it with 0x06.
+            only_errors: flag bit 2, respond only on error; without ``answer`` robots reject it with 0x06.
             source: the SID, also without a target.
-            extension: at most one further flags byte, announced by bit 7.
+            extension: at most one further flag byte, announced by bit 7.
 
         Raises:
             ValueError: an id is out of range, the payload or the extension is too long.
@@ -102,7 +102,7 @@ class V2Codec:
             flags |= FLAG_ONLY_ERRORS
         if len(payload) > MAX_PAYLOAD:
             raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_PAYLOAD}")
-        if source is None and not extension:  # as nearly always
+        if source is None and not extension:  # the usual case
             if target is None:
                 return frame(bytes((flags, did, cid, seq)) + payload)
             return frame(bytes((flags | _ADDRESSED, target, CLIENT, did, cid, seq)) + payload)
@@ -111,7 +111,7 @@ class V2Codec:
         return _encode(flags, extension, target, source, (did, cid, seq), payload)
 
     def encode_response(self, response: Response) -> bytes:
-        """Return the frame of an answer; bits 0, 4 and 5 follow from the fields, the rest from ``flags``."""
+        """Return the frame of a response; bits 0, 4 and 5 follow from the fields, the rest from ``flags``."""
         if response.did is None or response.cid is None:
             raise ValueError("a V2 response names its command: did and cid are needed")
         return _encode(
@@ -138,7 +138,7 @@ class V2Codec:
         )
 
     def frame_of(self, packet: Packet) -> bytes:
-        """Return the very bytes that a decoded packet came in; there is one way only to escape a frame."""
+        """Return the exact bytes that a packet was decoded from; a packet has only one escaped form."""
         match packet:
             case Malformed(raw=raw):
                 return raw
@@ -151,21 +151,21 @@ class V2Codec:
                 return _encode(kept, _extension(flags), target, source, (did, cid, seq), payload)
 
     def may_answer(self, raw: bytes, command: Command, seq: int) -> bool:
-        """Whether damaged bytes may be what is left of an answer: they name the command and its handle."""
+        """Whether damaged bytes may be the remains of a response: they contain its ids and number."""
         ids, held = bytes((command.did, command.cid, seq)), unescape_leniently(raw)
         return ids in held or (len(held) <= _HEADER and any(held.endswith(ids[:size]) for size in (1, 2)))
 
     def decoder(self, role: Role) -> Decoder:
-        """Return a fresh decoder for one end of the line."""
+        """Return a new decoder for one role."""
         return V2Decoder(role)
 
     def verdict(self, code: int) -> Verdict:
-        """Return what an error code means; codes above 0x0A are ``UNLISTED``."""
+        """Return what an error code means, ``UNLISTED`` above 0x0A."""
         known = _CODES.get(code)
         return known[1] if known else Verdict.UNLISTED
 
     def code_name(self, code: int) -> str:
-        """Return the vendor's name of an error code, ``unlisted`` where the table has none."""
+        """Return the vendor's name of an error code, or ``unlisted``."""
         known = _CODES.get(code)
         return known[0] if known else "unlisted"
 

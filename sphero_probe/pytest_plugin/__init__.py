@@ -1,15 +1,15 @@
 """Fixtures for tests that use a robot: the built-in one, or a real one named on pytest's command line.
 
-pytest loads this module by itself once sphero-probe is installed; it imports nothing more until a test asks
-for one of the fixtures::
+pytest loads this module by itself once sphero-probe is installed; it imports nothing else until a test uses
+one of the fixtures::
 
-    def test_a_lamp_takes_its_colour(sphero, sphero_fake):
+    def test_an_led_takes_its_colour(sphero, sphero_fake):
         sphero.set_led("front", "ff8000")
         assert sphero_fake.leds["front_green"] == 0x80
 
-``sphero`` is a connected robot without ``async``, ``sphero_fake`` looks inside the built-in robot and makes
-it misbehave, ``sphero_connect`` connects in an async test. The marker ``sphero`` names the models that a test
-is for, the risk classes that it needs, and settings of the built-in robot::
+``sphero`` is a connected robot without ``async``. ``sphero_fake`` shows the state of the built-in robot and
+makes it fail. ``sphero_connect`` connects in an async test. The marker ``sphero`` names the models that a
+test is for, the risk classes that it needs, and settings of the built-in robot::
 
     @pytest.mark.sphero("bolt", "bolt-plus", allow=["motion"], latency="15ms")
 """
@@ -58,7 +58,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sphero-virtual-clock",
         action="store_true",
-        help="Let time pass without waiting, with the built-in robot.",
+        help="Do not wait in real time; only with the built-in robot.",
     )
     parser.addini("sphero_virtual_clock", "As --sphero-virtual-clock.", type="bool", default=False)
 
@@ -72,16 +72,16 @@ def pytest_configure(config: pytest.Config) -> None:
 def sphero(_sphero_opened: "Opened") -> "SyncRobot":
     """Return a connected robot, new for each test; its methods wait for their results.
 
-    The test is skipped where the robot is none of the models that the marker ``sphero`` names.
+    The test is skipped if the robot is not one of the models that the marker ``sphero`` names.
     """
     return _sphero_opened.robot
 
 
 @pytest.fixture
 def sphero_fake(_sphero_opened: "Opened") -> "SpheroFake":
-    """Return a view into the built-in robot behind ``sphero``: what it executed, and ways to make it fail.
+    """Return access to the built-in robot behind ``sphero``: what it executed, and ways to make it fail.
 
-    The test is skipped where the robot is a real one.
+    The test is skipped if the robot is a real one.
     """
     if _sphero_opened.fake is None:
         pytest.skip("needs the built-in robot: --sphero names a real one")

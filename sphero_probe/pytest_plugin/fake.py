@@ -1,4 +1,4 @@
-"""A view into the built-in robot: what it really did, what it has, and ways to make it fail."""
+"""Test access to the built-in robot: what it executed, its state, and ways to make it fail."""
 
 import asyncio
 
@@ -12,9 +12,9 @@ class SpheroFake:
     """The built-in robot behind the fixture ``sphero``.
 
     Attributes:
-        settings: what follows ``fake:`` in its address, taken apart.
-        ledger: every command that it really executed, in order: ``node``, ``did``, ``cid``, ``payload`` and
-            ``risk``. A refused command is not among them.
+        settings: the part of its address after ``fake:``, parsed.
+        ledger: every command that it executed, in order: ``node``, ``did``, ``cid``, ``payload`` and
+            ``risk``. Rejected commands are not in it.
     """
 
     def __init__(self, robot: FakeRobot, address: str, portal: Portal) -> None:
@@ -34,7 +34,7 @@ class SpheroFake:
 
     @property
     def leds(self) -> dict[str, int]:
-        """Channel -> brightness 0-255: ``front_red`` for a lamp of three channels, ``head`` for one."""
+        """Channel -> brightness 0-255: ``front_red`` for an LED of three channels, ``head`` for one."""
         return self._robot.leds
 
     @property
@@ -63,15 +63,15 @@ class SpheroFake:
         return [entry for entry in self.ledger if (entry.did, entry.cid) == wanted]
 
     def silence(self, what: str | int, cid: int | None = None) -> None:
-        """Let it execute a command without ever answering it; the arguments are those of ``executed``."""
+        """Make it execute a command without answering; the arguments are those of ``executed``."""
         self._robot.silent.add(self._pair(what, cid))
 
     def unsilence(self, what: str | int, cid: int | None = None) -> None:
-        """Let it answer a command again."""
+        """Make it answer a command again."""
         self._robot.silent.discard(self._pair(what, cid))
 
     def drop_link(self) -> None:
-        """Drop the connection; the robot itself stays as it is, and can be connected again."""
+        """Drop the connection; the robot keeps its state, and can be connected again."""
 
         async def drop() -> None:
             self._robot.drop(now=asyncio.get_running_loop().time())
@@ -80,7 +80,7 @@ class SpheroFake:
         self._portal.run(drop())
 
     def fall_asleep(self) -> None:
-        """Let it sleep at once: it hears nothing but the command that wakes it."""
+        """Make it fall asleep at once; then it responds only to the command that wakes it."""
 
         async def sleep() -> None:
             self._robot.fall_asleep(now=asyncio.get_running_loop().time())
@@ -95,5 +95,5 @@ class SpheroFake:
         if isinstance(what, str):
             return pair(what, self._robot.model.generation)
         if cid is None:
-            raise UsageError("a DID alone is no command", "write: (0x13, 0x10)")
+            raise UsageError("a DID alone is not a command", "write: (0x13, 0x10)")
         return what, cid

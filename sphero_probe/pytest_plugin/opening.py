@@ -1,4 +1,4 @@
-"""Which robot a test gets, and its connection: options and a marker in, an open robot out."""
+"""Chooses the robot for a test, from the options and the marker, and connects to it."""
 
 import asyncio
 from collections.abc import AsyncIterator, Iterable, Iterator
@@ -25,13 +25,13 @@ _FAKE: Final = "fake:"
 
 
 class Wanted(NamedTuple):
-    """The robot that a test asks for.
+    """The robot that a test needs.
 
     Attributes:
-        device: its address, as ``sphero_probe.connect`` takes it.
+        device: the address, as ``sphero_probe.connect`` takes it.
         models: keys of the models that the test is for, empty for any.
         consent: what the test may send.
-        virtual_clock: let time pass without waiting.
+        virtual_clock: use a clock that does not wait in real time.
     """
 
     device: str
@@ -41,11 +41,11 @@ class Wanted(NamedTuple):
 
 
 class Opened(NamedTuple):
-    """A robot that a test uses.
+    """The robot of a running test.
 
     Attributes:
-        robot: connected.
-        fake: the view into the built-in robot, None for a real one.
+        robot: the connected robot.
+        fake: access to the built-in robot, None for a real one.
     """
 
     robot: SyncRobot
@@ -55,18 +55,18 @@ class Opened(NamedTuple):
 def wanted(
     device: str, marker: pytest.Mark | None, *, allowed: Iterable[str], confirm: str, virtual_clock: bool
 ) -> Wanted:
-    """Return the robot that a test asks for.
+    """Return the robot that a test needs.
 
     Args:
         device: the address that the user gave.
-        marker: of the test, None where it has none.
+        marker: the test's marker, or None.
         allowed: risk classes that the user allows on a real robot.
         confirm: the real robot's name, for the class ``brick``.
         virtual_clock: the user wants a virtual clock.
 
     Raises:
-        UsageError: the marker names a model or a risk class that is not known.
-        Skipped: a real robot is not the one for this test, or may not be used for it.
+        UsageError: the marker names an unknown model or risk class.
+        Skipped: the test needs the built-in robot, or a risk class that is not allowed.
     """
     settings = dict(marker.kwargs) if marker else {}
     needed = [choose(word, (risk.word for risk in Risk), "risk class") for word in settings.pop("allow", ())]
@@ -90,10 +90,10 @@ def wanted(
 
 @contextmanager
 def opened(wanted: Wanted) -> Iterator[Opened]:
-    """Connect to a robot; everything is closed on leaving.
+    """Connect to a robot; leaving the block disconnects.
 
     Raises:
-        Skipped: it is another model than the test is for.
+        Skipped: the test is for other models.
         SpheroProbeError: it cannot be connected.
     """
     clock = asyncio.Runner(loop_factory=VirtualClock) if wanted.virtual_clock else BackgroundLoop()
@@ -122,7 +122,7 @@ def _key(word: str) -> str:
 
 
 def _with_model(rest: str, models: tuple[str, ...]) -> str:
-    """Choose the first model that the test is for, where the named one is none of them."""
+    """Replace the model in an address by the test's first model, unless it is one of the test's models."""
     word, question, query = rest.partition("?")
     robot = robot_by_word(word)
     if models and (robot is None or robot.key not in models):
@@ -131,7 +131,7 @@ def _with_model(rest: str, models: tuple[str, ...]) -> str:
 
 
 def _with_settings(rest: str, settings: dict[str, object]) -> str:
-    """Set settings of a fake robot in its address, in place of those that it names already."""
+    """Add settings to the address of a built-in robot; they replace those in the address."""
     word, _, query = rest.partition("?")
     values = dict(part.partition("=")[::2] for part in query.split("&")) if query else {}
     values |= {key: str(int(one) if isinstance(one, bool) else one) for key, one in settings.items()}

@@ -74,7 +74,7 @@ def complete_command(
     return Command(did, cid, payload or b"", address)
 
 
-def lamp_commands(
+def led_commands_for(
     wanted: Mapping[str, Colour], robot: Robot | None, port: int, target: str | None, *, off: bool = False
 ) -> tuple[Command, ...]:
     """Return the commands that set LEDs, with their node.

@@ -103,8 +103,8 @@ def _jump_to_main(call: Call) -> Reply:
 def _run_diagnostics(call: Call) -> Reply:
     """Tell what could help a developer, in text."""
     state = call.state
-    lamps = " ".join(f"{lamp} {brightness}" for lamp, brightness in state.leds.items())
-    lines = [f"{state.model.name} {state.readings.identity.name}", f"lamps: {lamps}", "faults: none", ""]
+    leds = " ".join(f"{led} {brightness}" for led, brightness in state.leds.items())
+    lines = [f"{state.model.name} {state.readings.identity.name}", f"LEDs: {leds}", "faults: none", ""]
     return Reply(news=_news(call, _DIAGNOSTICS, "\r\n".join(lines).encode()))
 
 
@@ -136,8 +136,8 @@ def _read_locator(call: Call) -> Reply:
     return Reply(payload=told[1:5].ljust(10, b"\0"))
 
 
-def _set_lamp(call: Call) -> Reply:
-    """Set the lamp whose command this is."""
+def _set_led(call: Call) -> Reply:
+    """Set the LED that belongs to this command."""
     state = call.state
     for group in state.model.leds.groups if state.model.leds else ():
         if group.cid == call.command.cid:
@@ -148,7 +148,7 @@ def _set_lamp(call: Call) -> Reply:
 def _set_main_led(call: Call) -> Reply:
     if any(call.payload[3:]):
         call.state.colour = call.payload[:3]
-    return _set_lamp(call)
+    return _set_led(call)
 
 
 def _get_main_led(call: Call) -> Reply:
@@ -182,7 +182,7 @@ BEHAVIOURS_V1: Final = Behaviours(
         (0x02, 0x11): _stream,
         (0x02, 0x15): _read_locator,
         _SET_MAIN_LED: _set_main_led,
-        (0x02, 0x21): _set_lamp,
+        (0x02, 0x21): _set_led,
         (0x02, 0x22): _get_main_led,
         (0x02, 0x40): _tell_config_block,
         (0x02, 0x46): _tell_soul,

@@ -68,7 +68,7 @@ class FakeRobot:
 
     @property
     def leds(self) -> dict[str, int]:
-        """Channel -> brightness 0-255: ``front_red`` for a lamp of three channels, ``head`` for one."""
+        """Channel -> brightness 0-255: ``front_red`` for an LED of three channels, ``head`` for one."""
         return dict(self._state.leds)
 
     @property

@@ -49,12 +49,12 @@ class State:
         strict: how it checks lengths, also where they depend on the payload.
         firmware: its commands.
         readings: its answers to reads.
-        leds: channel -> brightness 0-255; ``front_red`` for a lamp of three channels, ``head`` for one.
+        leds: channel -> brightness 0-255; ``front_red`` for an LED of three channels, ``head`` for one.
         channels: number of a channel, in the LED mask where there is one -> its name.
         memory: (node, did, cid) -> the last payload of every executed command but reads.
         setters: key of a getter -> key of the setter whose payload it answers.
         frames: numbers of the saved animation frames.
-        colour: the three bytes of the main lamp that it keeps without power, empty before any were given.
+        colour: the three bytes of the main LED that it keeps without power, empty before any were given.
         streams: node and token (0 for the stream of a mask) -> the running sensor stream.
         services: node and token -> the streaming services that were configured.
         sensors: name -> the value that the streaming services deliver.

@@ -1,4 +1,4 @@
-"""Bytes to named packets, without a robot; the frames are those of tests/protocol."""
+"""Tests of ``decode``: bytes to named packets, without a robot; the frames are those of tests/protocol."""
 
 import pytest
 from hypothesis import given
@@ -54,7 +54,7 @@ def test_a_notification_has_its_fields() -> None:
 
 
 @given(st.binary(max_size=200))
-def test_no_bytes_are_raised_and_none_get_lost(data: bytes) -> None:
+def test_no_bytes_raise_and_none_are_lost(data: bytes) -> None:
     packets = decode(data)
     assert all(isinstance(packet, DecodedPacket) for packet in packets)
     assert b"".join(packet.raw for packet in packets) == data

@@ -1,4 +1,4 @@
-"""Notifications: decoded, to all who listen, bounded, and ending in every way they should."""
+"""Notifications: decoded, delivered to all listeners, bounded, and ending in every way they should."""
 
 import asyncio
 import gc
@@ -62,7 +62,7 @@ def test_a_slow_listener_loses_the_oldest_and_is_told() -> None:
     run(work())
 
 
-def test_it_hears_beside_a_running_sweep_and_after_it() -> None:
+def test_it_listens_during_and_after_a_sweep() -> None:
     async def work() -> None:
         async with connect("fake:bolt?latency=15ms", consent=["write"]) as robot:
             heard = robot.notifications()

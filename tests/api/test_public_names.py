@@ -1,4 +1,4 @@
-"""``import sphero_probe``: what it offers, and that it costs nothing."""
+"""The public names of ``import sphero_probe``, and that importing it loads nothing else."""
 
 import ast
 import os
@@ -27,7 +27,7 @@ print(*sys.modules)
 
 
 def imported_by(code: str) -> set[str]:
-    """Run code in a fresh interpreter without coverage and return the words that it prints."""
+    """Run code in a new interpreter without coverage and return the words that it prints."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("COV")}
     ran = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, env=environment
@@ -67,7 +67,7 @@ def test_type_checkers_are_told_the_same_names() -> None:
     assert listed == sphero_probe.__all__ == sorted({*homes, "__version__"})
 
 
-def test_a_star_import_brings_them_all() -> None:
+def test_a_star_import_imports_them_all() -> None:
     space: dict[str, object] = {}
     exec("from sphero_probe import *", space)
     assert set(sphero_probe.__all__) <= set(space)

@@ -1,4 +1,4 @@
-"""What a connected robot tells and does: identity, firmware, lamps, two robots at once."""
+"""A connected robot: identity, firmware, LEDs, two robots at once."""
 
 import asyncio
 from pathlib import Path
@@ -11,7 +11,7 @@ from sphero_probe.errors import RefusedByPolicyError, UsageError
 from tests.support.virtual_clock import run
 
 
-def test_it_tells_who_it_is() -> None:
+def test_identity() -> None:
     async def work() -> None:
         async with connect("fake:rvr", consent="write") as robot:
             assert robot.name == "RV-B9D8"
@@ -35,7 +35,7 @@ def test_five_lines_sweep_the_built_in_robot() -> None:
 
 
 @pytest.mark.parametrize("color", ["ff8000", "#f80", (0xFF, 0x88, 0x00)])
-def test_lamps_need_no_consent_and_give_none(color: str | tuple[int, int, int]) -> None:
+def test_leds_need_no_consent_and_give_none(color: str | tuple[int, int, int]) -> None:
     async def work() -> None:
         async with connect("fake:bolt-plus") as robot:
             answer = await robot.set_led("Front", color)
@@ -48,7 +48,7 @@ def test_lamps_need_no_consent_and_give_none(color: str | tuple[int, int, int]) 
     run(work())
 
 
-def test_lamps_with_a_command_each() -> None:
+def test_leds_with_a_command_each() -> None:
     async def work() -> None:
         async with connect("fake:bb8") as robot:
             answers = await robot.set_leds({"front": "00ff00"}, off=True)
@@ -66,7 +66,7 @@ def test_lamps_with_a_command_each() -> None:
         ({}, "no LED is named"),
     ],
 )
-def test_lamps_that_make_no_sense(colors: dict[str, str | tuple[int, int, int]], said: str) -> None:
+def test_invalid_leds_are_a_usage_error(colors: dict[str, str | tuple[int, int, int]], said: str) -> None:
     async def work() -> None:
         async with connect("fake:bolt-plus") as robot:
             with pytest.raises(UsageError, match=said):
@@ -75,7 +75,7 @@ def test_lamps_that_make_no_sense(colors: dict[str, str | tuple[int, int, int]],
     run(work())
 
 
-def test_several_tasks_may_send_while_lamps_are_set() -> None:
+def test_several_tasks_may_send_while_leds_are_set() -> None:
     async def work() -> None:
         async with connect("fake:bolt-plus?latency=10ms") as robot:
 

@@ -1,4 +1,4 @@
-"""Plans that run while they are iterated over: all the ways to end one leave nothing behind."""
+"""Running plans: every way to end one leaves nothing in flight."""
 
 import asyncio
 import gc
@@ -57,7 +57,7 @@ def test_ids_can_be_written_in_several_ways(did: object, cid: object, count: int
 
 
 @pytest.mark.parametrize(("did", "cid"), [("pwer", 0), (0x100, 0), (0x13, -1), ("0x1f-0x10", 0), (None, 0)])
-def test_ids_that_make_no_sense(did: object, cid: object) -> None:
+def test_invalid_ids(did: object, cid: object) -> None:
     async def work() -> None:
         async with connect("fake:bolt-plus") as robot:
             with pytest.raises((UsageError, TypeError)):
@@ -159,7 +159,7 @@ def test_a_plan_runs_once_and_one_at_a_time() -> None:
             async for _ in running:
                 with pytest.raises(RuntimeError, match="a plan is running"):
                     await robot.sweep("power").collect()
-                assert (await robot.send(0x13, 0x10)).ok  # single commands may go in between
+                assert (await robot.send(0x13, 0x10)).ok  # single commands may be sent in between
             with pytest.raises(RuntimeError, match="has been run"):
                 await running.collect()
 

@@ -1,4 +1,4 @@
-"""One command at a time: names and numbers in, answers or errors out; nothing passes that the CLI refuses."""
+"""Sending one command: arguments, answers and errors; the API blocks what the command line blocks."""
 
 import copy
 import pickle
@@ -28,7 +28,7 @@ T = TypeVar("T")
 def with_robot(
     device: str, use: Callable[[ConnectedRobot], Awaitable[T]], consent: Consent | list[str] | None = None
 ) -> T:
-    """Connect on a virtual clock, use the robot, return what that gives; nothing may stay behind."""
+    """Connect on a virtual clock, use the robot, return the result; no task may be left behind."""
 
     async def work() -> T:
         async with connect(device, consent=consent or []) as robot:
@@ -105,7 +105,7 @@ def test_text_from_the_robot_is_quoted() -> None:
         pytest.param(("drive.set_raw_motors",), "takes arguments", id="no arguments"),
     ],
 )
-def test_what_makes_no_sense_is_a_usage_error(words: tuple[object, ...], said: str) -> None:
+def test_invalid_arguments_are_a_usage_error(words: tuple[object, ...], said: str) -> None:
     with pytest.raises(UsageError, match=said):
         sent("fake:rvr", *words)
 

@@ -1,4 +1,4 @@
-"""The API without async: the same results, inside a running loop too, and nothing left behind."""
+"""The API without async: the same results, also inside a running loop, and no threads left behind."""
 
 import asyncio
 import json
@@ -62,9 +62,9 @@ def test_iterators_outlive_the_connection_quietly() -> None:
         findings = iter(robot.sweep(did="power"))
         next(findings)
         heard = robot.notifications()
-    with pytest.raises(LinkLostError, match="the connection was left"):
+    with pytest.raises(LinkLostError, match="the connection was closed"):
         robot.send("power.wake")
-    with pytest.raises(LinkLostError, match="the connection was left"):
+    with pytest.raises(LinkLostError, match="the connection was closed"):
         next(findings)
     del findings, heard
 
@@ -79,7 +79,7 @@ def test_notifications() -> None:
         assert list(robot.notifications(seconds=0.01)) == []
 
 
-def test_what_the_block_raises_comes_out_and_the_thread_ends() -> None:
+def test_an_error_in_the_block_propagates_and_the_thread_ends() -> None:
     with pytest.raises(ZeroDivisionError), sync.connect("fake:bolt"):
         raise ZeroDivisionError
     with pytest.raises(UsageError, match="nope"), sync.connect("fake:nope"):

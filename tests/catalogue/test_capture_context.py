@@ -1,4 +1,4 @@
-"""What a packet of a capture leaves open is filled in from the packets before it and the catalogue."""
+"""Completing the packets of a capture from earlier packets and from the catalogue."""
 
 import pytest
 
@@ -21,9 +21,9 @@ V1, V2 = Generation.V1, Generation.V2
 
 
 def heard(text: str, generation: Generation = V2, robot: str | None = None) -> list[Packet]:
-    """Decode hex as a tap on the line, and complete every packet."""
+    """Decode hex as an observer, and complete every packet."""
     context = CaptureContext(ROBOTS[robot] if robot else None)
-    decoder = CODECS[generation].decoder(Role.WITNESS)
+    decoder = CODECS[generation].decoder(Role.OBSERVER)
     packets = decoder.feed(bytes.fromhex(text)) + decoder.give_up()
     completed = [context.complete(generation, packet) for packet in packets]
     frames = [CODECS[generation].frame_of(packet) for packet in completed]
@@ -96,7 +96,7 @@ def v2(packet: Packet) -> str:
         pytest.param(0x13, 0x1A, None, None, Notification, id="a notification, by the catalogue"),
         pytest.param(0x13, 0x1F, None, None, Notification, id="both, by robot: as it looks"),
         pytest.param(0x77, 0x00, None, None, Notification, id="unknown: as it looks"),
-        pytest.param(0x13, 0x0D, None, 2, Notification, id="it says who sent it, and to nobody"),
+        pytest.param(0x13, 0x0D, None, 2, Notification, id="it has a source but no target"),
         pytest.param(0x77, 0x00, 1, None, Request, id="unknown, to a node"),
         pytest.param(0x13, 0x1A, 1, None, Notification, id="a notification to a client"),
     ],
@@ -126,7 +126,7 @@ def test_the_robot_decides_where_it_is_known() -> None:
     assert isinstance(packet, Request)
 
 
-def test_a_damaged_frame_before_a_good_one_is_told_for_its_checksum() -> None:
+def test_a_damaged_frame_before_a_valid_one_is_reported_for_its_checksum() -> None:
     decoder = AutoDecoder()
     first, second = decoder.feed(bytes.fromhex("ffff000001ffffff000001fe")) + decoder.end()
     assert isinstance(first.packet, Malformed)

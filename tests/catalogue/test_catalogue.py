@@ -1,4 +1,4 @@
-"""The tables against the survey they were made from, and the look-ups over them."""
+"""The tables, compared with the survey that they were made from, and the look-ups."""
 
 import re
 from collections import Counter
@@ -36,7 +36,7 @@ V2 = Generation.V2
 V2_ROBOTS = [robot for robot in ROBOTS.values() if robot.generation is V2]
 LEAST = {1: Risk.WRITE, 2: Risk.WRITE, 3: Risk.MOTION, 4: Risk.PERSIST, 5: Risk.BRICK}
 HARMLESS_IN_SPITE_OF_THE_SURVEY = {(0x10, 0x09)}
-"""It only makes the robot answer with the code it is given."""
+"""It only makes the robot respond with the code that it is given."""
 MOVES_ON_ANOTHER_ROBOT = {(0x17, 0x25)}
 """A read on R2-D2; its severity is that of Lightning McQueen's meaning."""
 NOT_IN_THE_SURVEY = {(0x13, 0x11), (0x13, 0x1E)}
@@ -149,7 +149,7 @@ def test_requests_have_the_length_of_the_survey() -> None:
         pytest.param("16/07", Risk.MOTION, id="drive"),
         pytest.param("16/42", Risk.WRITE, id="stop"),
         pytest.param("19/03", Risk.PERSIST, id="rename"),
-        pytest.param("1a/1c", Risk.WRITE, id="lamps"),
+        pytest.param("1a/1c", Risk.WRITE, id="LEDs"),
         pytest.param("1a/35", Risk.BRICK, id="delete animations"),
         pytest.param("1d/0d", Risk.READ, id="a read among the firmware commands"),
         pytest.param("fe/01", Risk.BRICK, id="a query that no list calls harmless"),
@@ -244,7 +244,7 @@ def test_a_robot_has_one_meaning_per_pair(robot: Robot) -> None:
     ("robot", "place", "nodes"),
     [
         pytest.param("bolt", "16/07", (2,), id="BOLT drives on its second node"),
-        pytest.param("bolt", "1a/1c", (1,), id="BOLT lamps"),
+        pytest.param("bolt", "1a/1c", (1,), id="BOLT LEDs"),
         pytest.param("bolt", "11/00", (1, 2), id="both BOLT nodes have a version"),
         pytest.param("bolt", "11/03", (1,), id="node not told: the primary"),
         pytest.param("bolt-plus", "16/07", (1,), id="BOLT+ has one node"),
@@ -358,7 +358,7 @@ def test_robot_is_complete(robot: Robot) -> None:
 
 
 @EACH_ROBOT
-def test_lamps_do_not_share_channels(robot: Robot) -> None:
+def test_leds_do_not_share_channels(robot: Robot) -> None:
     if robot.leds is not None:
         bits = [bit for group in robot.leds.groups for bit in group.bits]
         assert len(set(bits)) == len(bits)
@@ -375,7 +375,7 @@ def test_lamps_do_not_share_channels(robot: Robot) -> None:
 
 
 @EACH_V2_ROBOT
-def test_lamps_are_set_by_a_command_of_the_robot(robot: Robot) -> None:
+def test_leds_are_set_by_a_command_of_the_robot(robot: Robot) -> None:
     if robot.leds is not None:
         row = known(lookup(V2, robot.leds.did, robot.leds.cid, robot))
         assert robot.key in row.nodes
@@ -406,14 +406,14 @@ def test_lamps_are_set_by_a_command_of_the_robot(robot: Robot) -> None:
 )
 def test_robot(key: str, facts: tuple[AnswerStyle | int | str, ...]) -> None:
     robot = ROBOTS[key]
-    lamps = len(robot.leds.groups) if robot.leds else 0
+    leds = len(robot.leds.groups) if robot.leds else 0
     assert facts == (
         robot.prefix,
         len(robot.nodes),
         robot.addressed,
         robot.answer_style,
         robot.handshake,
-        lamps,
+        leds,
     )
 
 
@@ -483,7 +483,7 @@ def test_robot_by_prefix(name: str, key: str | None) -> None:
         ),
     ],
 )
-def test_what_robots_say_is_decoded(name: str, payload: str, fields: dict[str, Any]) -> None:
+def test_messages_of_robots_are_decoded(name: str, payload: str, fields: dict[str, Any]) -> None:
     decoded = known(known(row_by_name(V2, name)).response).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert decoded.problem == ""

@@ -1,4 +1,4 @@
-"""Lamps and colours in, commands out."""
+"""The commands that set LEDs, and the LEDs that a command sets."""
 
 import pytest
 
@@ -9,10 +9,10 @@ from sphero_probe.protocol.packets import Command
 from tests.support.narrowing import known
 
 RED, BLUE, GREY = (255, 0, 0), (0, 0, 255), (1, 2, 3)
-LAMPS = {robot.key: robot.leds for robot in ROBOTS.values() if robot.leds}
-WITH_LAMPS = [pytest.param(ROBOTS[key], id=key) for key in LAMPS]
-UNMASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if table.mask_bytes == 0]
-MASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if table.mask_bytes]
+TABLES = {robot.key: robot.leds for robot in ROBOTS.values() if robot.leds}
+WITH_LEDS = [pytest.param(ROBOTS[key], id=key) for key in TABLES]
+UNMASKED = [pytest.param(ROBOTS[key], id=key) for key, table in TABLES.items() if table.mask_bytes == 0]
+MASKED = [pytest.param(ROBOTS[key], id=key) for key, table in TABLES.items() if table.mask_bytes]
 
 
 @pytest.mark.parametrize(
@@ -20,16 +20,16 @@ MASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if t
     [
         pytest.param("bolt", {"front": RED}, False, ["1a 1c 07ff0000"], id="mask of 8 bits"),
         pytest.param(
-            "bolt", {"back": BLUE, "front": RED}, False, ["1a 1c 3fff00000000ff"], id="two lamps, one command"
+            "bolt", {"back": BLUE, "front": RED}, False, ["1a 1c 3fff00000000ff"], id="two LEDs, one command"
         ),
         pytest.param("bolt", {"back": BLUE}, True, ["1a 1c 3f0000000000ff"], id="the others off"),
         pytest.param("mini", {"aiming": GREY}, False, ["1a 0e 000103"], id="one channel: the brightest"),
         pytest.param(
             "rvr", {"headlights": GREY}, False, ["1a 1a 0000003f010203010203"], id="an alias of two"
         ),
-        pytest.param("bb8", {"front": RED}, False, ["02 20 ff000000"], id="V1 main lamp, not kept"),
-        pytest.param("bb8", {"main": RED}, False, ["02 20 ff000000"], id="V1 main lamp by its name"),
-        pytest.param("ollie", {"back": GREY}, False, ["02 21 03"], id="V1 back lamp"),
+        pytest.param("bb8", {"front": RED}, False, ["02 20 ff000000"], id="V1 main LED, not kept"),
+        pytest.param("bb8", {"main": RED}, False, ["02 20 ff000000"], id="V1 main LED by its name"),
+        pytest.param("ollie", {"back": GREY}, False, ["02 21 03"], id="V1 back LED"),
         pytest.param(
             "sphero", {"back": BLUE, "front": RED}, False, ["02 20 ff000000", "02 21 ff"], id="V1 both"
         ),
@@ -37,8 +37,8 @@ MASKED = [pytest.param(ROBOTS[key], id=key) for key, table in LAMPS.items() if t
         pytest.param("sprk-plus", {}, True, ["02 20 00000000", "02 21 00"], id="V1 all off"),
         pytest.param("bb8", {}, False, [], id="V1 nothing wanted"),
         pytest.param("bolt", {}, False, [], id="nothing wanted"),
-        pytest.param("bolt", {"belly": RED}, False, [], id="no such lamp"),
-        pytest.param("lmq", {"front": RED}, True, [], id="no lamps known"),
+        pytest.param("bolt", {"belly": RED}, False, [], id="no such LED"),
+        pytest.param("lmq", {"front": RED}, True, [], id="no LEDs known"),
     ],
 )
 def test_led_commands(
@@ -49,7 +49,7 @@ def test_led_commands(
     assert {command.target for command in made} <= {None}
 
 
-@pytest.mark.parametrize("robot", WITH_LAMPS)
+@pytest.mark.parametrize("robot", WITH_LEDS)
 def test_every_command_is_one_of_the_robot_and_fits_its_layout(robot: Robot) -> None:
     assert robot.leds is not None
     for group in robot.leds.groups:
@@ -63,7 +63,7 @@ def test_every_command_is_one_of_the_robot_and_fits_its_layout(robot: Robot) -> 
 
 
 @pytest.mark.parametrize("robot", UNMASKED)
-def test_where_there_is_no_mask_every_lamp_has_its_command(robot: Robot) -> None:
+def test_without_a_mask_every_led_has_its_command(robot: Robot) -> None:
     assert robot.leds is not None
     assert all(group.cid is not None for group in robot.leds.groups)
     assert robot.leds.cid == robot.leds.groups[0].cid
@@ -71,7 +71,7 @@ def test_where_there_is_no_mask_every_lamp_has_its_command(robot: Robot) -> None
 
 
 @pytest.mark.parametrize("robot", MASKED)
-def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) -> None:
+def test_with_a_mask_no_led_has_a_command_of_its_own(robot: Robot) -> None:
     table = robot.leds
     assert table is not None
     assert all(group.cid is None and group.tail == b"" for group in table.groups)
@@ -85,7 +85,7 @@ def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) ->
 
 
 @pytest.mark.parametrize(
-    ("robot", "command", "lamps"),
+    ("robot", "command", "leds"),
     [
         pytest.param(
             "bolt-plus",
@@ -93,10 +93,10 @@ def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) ->
             {"front": "ff0000", "back": "ff0000"},
             id="the worked example of the description of BOLT+",
         ),
-        pytest.param("bolt-plus", "1a 1c 3800ff00", {"back": "00ff00"}, id="its back lamp"),
-        pytest.param("bolt", "1a 1c 0580ff", {"front": "red 128 blue 255"}, id="some channels of a lamp"),
+        pytest.param("bolt-plus", "1a 1c 3800ff00", {"back": "00ff00"}, id="its back LED"),
+        pytest.param("bolt", "1a 1c 0580ff", {"front": "red 128 blue 255"}, id="some channels of an LED"),
         pytest.param("mini", "1a 0e 000103", {"aiming": 3}, id="one channel"),
-        pytest.param("mini", "1a 0e 000f01020304", {"aiming": 1, "body": "020304"}, id="two lamps"),
+        pytest.param("mini", "1a 0e 000f01020304", {"aiming": 1, "body": "020304"}, id="two LEDs"),
         pytest.param(
             "rvr",
             "1a 1a 0000003f010203010203",
@@ -105,30 +105,30 @@ def test_where_there_is_a_mask_no_lamp_has_a_command_of_its_own(robot: Robot) ->
         ),
         pytest.param("bb8", "02 20 ff000001", {"main": "ff0000"}, id="V1"),
         pytest.param("bb8", "02 20 ff0000", {"main": "ff0000"}, id="V1, not told to be kept"),
-        pytest.param("bb8", "02 21 07", {"back": 7}, id="V1 back lamp"),
+        pytest.param("bb8", "02 21 07", {"back": 7}, id="V1 back LED"),
         pytest.param("bb8", "02 20 ff00", None, id="V1, too short"),
         pytest.param("bolt", "1a 1c 3fff0000ff00", None, id="a value is missing"),
         pytest.param("bolt", "1a 1c 3fff0000ff000000", None, id="a value too many"),
-        pytest.param("bolt", "1a 1c 40ff", None, id="a bit of no lamp"),
+        pytest.param("bolt", "1a 1c 40ff", None, id="a bit of no LED"),
         pytest.param("bolt", "1a 1c 00", None, id="an empty mask"),
         pytest.param("bolt", "1a 1c ", None, id="no payload"),
         pytest.param("rvr", "1a 1c 3fff0000ff0000", None, id="the command of another robot"),
-        pytest.param("bolt", "13 0d ", None, id="no lamp command"),
-        pytest.param("lmq", "1a 1c 3fff0000ff0000", None, id="no lamps known"),
+        pytest.param("bolt", "13 0d ", None, id="not an LED command"),
+        pytest.param("lmq", "1a 1c 3fff0000ff0000", None, id="no LEDs known"),
     ],
 )
-def test_leds_set(robot: str, command: str, lamps: dict[str, object] | None) -> None:
+def test_leds_set(robot: str, command: str, leds: dict[str, object] | None) -> None:
     did, cid, payload = command.split(" ")
-    assert leds_set(ROBOTS[robot], Command(int(did, 16), int(cid, 16), bytes.fromhex(payload))) == lamps
+    assert leds_set(ROBOTS[robot], Command(int(did, 16), int(cid, 16), bytes.fromhex(payload))) == leds
 
 
-@pytest.mark.parametrize("robot", WITH_LAMPS)
-def test_what_is_made_of_lamps_reads_as_lamps(robot: Robot) -> None:
+@pytest.mark.parametrize("robot", WITH_LEDS)
+def test_led_commands_read_back_as_the_same_leds(robot: Robot) -> None:
     groups = known(robot.leds).groups
     for group in groups:
-        lamps: dict[str, object] = {}
+        leds: dict[str, object] = {}
         for command in led_commands(robot, {group.name: GREY}, off=True):
-            lamps |= known(leds_set(robot, command))
-        assert lamps.keys() == {other.name for other in groups}
-        assert lamps.pop(group.name) == ("010203" if len(group.bits) == 3 else max(GREY))
-        assert set(lamps.values()) <= {"000000", 0}
+            leds |= known(leds_set(robot, command))
+        assert leds.keys() == {other.name for other in groups}
+        assert leds.pop(group.name) == ("010203" if len(group.bits) == 3 else max(GREY))
+        assert set(leds.values()) <= {"000000", 0}

@@ -1,4 +1,4 @@
-"""Layouts whose last field may be left out."""
+"""Layouts with an optional last field."""
 
 from typing import Any
 
@@ -38,7 +38,7 @@ def test_decode_and_back(layout: Layout, payload: str, fields: dict[str, Any]) -
         pytest.param(VERSION, "0701", "0701", "short payload: api needs 2 bytes, 1 left", id="half of it"),
     ],
 )
-def test_what_does_not_fit_is_told(layout: Layout, payload: str, rest: str, problem: str) -> None:
+def test_mismatches_are_reported(layout: Layout, payload: str, rest: str, problem: str) -> None:
     decoded = layout.decode(bytes.fromhex(payload))
     assert (decoded.rest.hex(), decoded.problem) == (rest, problem)
 

@@ -1,4 +1,4 @@
-"""Masks and streamed payloads in, named readings out."""
+"""The numbers of sensor streams and their names."""
 
 import json
 import struct
@@ -155,7 +155,7 @@ def test_numbers_of_an_unexpected_length_have_no_names(
     assert decoded == ({} if values is None else {"values": values}, {}, bytes.fromhex(rest), problem)
 
 
-def test_numbers_that_nobody_asked_for_have_no_names() -> None:
+def test_numbers_that_were_not_requested_have_no_names() -> None:
     assert streaming_fields(V1, Masks(), b"\0\1") == ({"values": [1]}, {}, b"", "no sensor was asked for")
 
 
@@ -184,7 +184,7 @@ def test_the_motors_and_the_magnetometer_of_v1_are_those_of_the_maker() -> None:
 
 
 def test_a_magnetometer_between_does_not_make_a_resting_robot_turn() -> None:
-    """Today's mistake: the numbers behind an unknown bit were named as if it sent none."""
+    """A regression test: the numbers after an unknown bit were named as if the bit sent no number."""
     masks = Masks(0x0000_03E0)
     decoded = streaming_fields(V1, masks, numbers(100, -200, 300, 1, 2))
     assert decoded.fields == {
@@ -198,7 +198,7 @@ def test_a_magnetometer_between_does_not_make_a_resting_robot_turn() -> None:
 
 GYROSCOPE = struct.pack(">6f", 0.25, 0.5, 1.0, -2.5, 3.0, 4.5)
 MINI_MASK = Masks(0x0000_FC00)
-"""Accelerometer and gyroscope as the maker's apps ask a Mini for them."""
+"""Accelerometer and gyroscope, with the masks that the maker's apps set on a Mini."""
 ACCELEROMETER = {"accelerometer_x": 0.25, "accelerometer_y": 0.5, "accelerometer_z": 1.0}
 
 
@@ -280,7 +280,7 @@ def test_the_extended_bits_of_spherov2_are_a_gyroscope_too(key: str | None) -> N
         ),
     ],
 )
-def test_behind_an_unknown_bit_numbers_stay_numbers(
+def test_numbers_after_an_unknown_bit_have_no_names(
     masks: Masks, payload: bytes, fields: dict[str, object], problem: str
 ) -> None:
     decoded = streaming_fields(V1, masks, payload)
@@ -296,7 +296,7 @@ def test_any_payload_decodes_to_plain_json(generation: Generation, masks: Masks,
 
 
 @pytest.mark.parametrize(("generation", "size"), [(V1, 2), (V2, 4)], ids=["v1", "v2"])
-def test_sensors_stand_in_the_order_of_the_wire(generation: Generation, size: int) -> None:
+def test_sensors_are_in_the_order_of_the_wire(generation: Generation, size: int) -> None:
     sensors = SENSORS[generation]
     places = [(sensor.extended, -sensor.bit) for sensor in sensors]
     assert places == sorted(places)

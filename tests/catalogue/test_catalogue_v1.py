@@ -1,4 +1,4 @@
-"""The V1 tables against the survey they were made from, and what the robots' payloads mean."""
+"""The V1 tables, compared with the survey that they were made from, and the payloads of V1 robots."""
 
 import re
 from collections.abc import Callable
@@ -38,7 +38,7 @@ V1, V2 = Generation.V1, Generation.V2
 V1_ROBOTS = [robot for robot in ROBOTS.values() if robot.generation is V1]
 EACH_V1_ROBOT = pytest.mark.parametrize("robot", [pytest.param(robot, id=robot.key) for robot in V1_ROBOTS])
 LEAST = {0: Risk.MOTION, 1: Risk.WRITE, 2: Risk.WRITE, 3: Risk.MOTION, 4: Risk.PERSIST, 5: Risk.BRICK}
-"""Severity of the survey -> the mildest class; what nobody classified is taken for the worse."""
+"""Severity in the survey -> the mildest class; a command without a severity counts as the worse one."""
 SURVEYED_WITHOUT_ITS_PAGE = {(0x01, 0x03)}
 NAMES_ONLY = {
     (0x01, 0x05): "is_page_blank",
@@ -52,9 +52,9 @@ NAMES_ONLY = {
     (0x02, 0xF0): "read_soul_block",
     (0x02, 0xF1): "soul_add_experience",
 }
-"""Ids that stand in a private header of the maker's iOS SDK alone [RKCommandList.h]."""
+"""Ids that are only in a private header of the maker's iOS SDK [RKCommandList.h]."""
 MESSAGE_NAMES_ONLY = {0x20: "soul_block_data_notify", 0x21: "experience_update_notify"}
-"""The same of the asynchronous messages [RKAsyncPacketCodes.h]."""
+"""The same for asynchronous messages [RKAsyncPacketCodes.h]."""
 
 
 class Pair(NamedTuple):
@@ -113,7 +113,7 @@ def test_the_survey_is_all_there_and_nothing_else() -> None:
     }
 
 
-def test_what_only_a_header_names_is_known_and_as_dangerous_as_it_sounds() -> None:
+def test_a_command_only_in_a_header_is_as_dangerous_as_its_name() -> None:
     rows = {(row.did, row.cid): row for row in all_rows(V1) if "iossdk" in row.sources}
     assert {pair: row.name.partition(".")[2] for pair, row in rows.items()} == NAMES_ONLY
     reads = {row.name for row in rows.values() if row.risk is Risk.PERSIST}
@@ -140,7 +140,7 @@ def test_pairs_are_no_less_dangerous_than_surveyed() -> None:
         pytest.param("core.sleep", Risk.MOTION, id="sleep ends the session"),
         pytest.param("core.jump_to_bootloader", Risk.BRICK, id="no way back by itself"),
         pytest.param("bootloader.jump_to_main", Risk.BRICK, id="the whole bootloader"),
-        pytest.param("sphero.set_main_led", Risk.WRITE, id="a lamp"),
+        pytest.param("sphero.set_main_led", Risk.WRITE, id="an LED"),
         pytest.param("sphero.roll", Risk.MOTION, id="roll"),
         pytest.param("sphero.save_macro", Risk.PERSIST, id="a macro in flash"),
         pytest.param("sphero.set_config_block", Risk.BRICK, id="configuration"),
@@ -306,7 +306,7 @@ def test_notification_row(
         pytest.param(0x14, "", {}, {}, id="did sleep"),
     ],
 )
-def test_what_robots_say_unasked_is_decoded(
+def test_notifications_are_decoded(
     message: int, payload: str, fields: dict[str, Any], units: dict[str, str]
 ) -> None:
     decoded = known(known(notification_row(V1, None, message, ROBOTS["sphero"])).response).decode(

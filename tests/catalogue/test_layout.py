@@ -1,4 +1,4 @@
-"""Layout texts in; fields, lengths, decoded and encoded payloads out."""
+"""Layouts: parsing, lengths, decoding and encoding."""
 
 import json
 import math
@@ -47,7 +47,7 @@ RANGES = {"bool": (0, 1)} | {
 
 
 def shortened(number: float) -> object:
-    """The same 32-bit float in the fewest digits, by another road than the code takes."""
+    """The shortest decimal of the same 32-bit float, computed in another way than in the code."""
     if not math.isfinite(number):
         return str(number)
     return Layout("x:f32").decode(Layout("x:f32").encode({"x": number})).fields["x"]
@@ -216,7 +216,7 @@ def test_decode(text: str, payload: str, fields: dict[str, Any]) -> None:
             id="after NUL",
         ),
         pytest.param(
-            "n:cstring*4", "41004200", {"n": "A"}, "", "n goes on behind its end: 4200", id="dirty padding"
+            "n:cstring*4", "41004200", {"n": "A"}, "", "n continues after its end: 4200", id="dirty padding"
         ),
         pytest.param(
             "v:uint",
@@ -239,7 +239,7 @@ def test_decode(text: str, payload: str, fields: dict[str, Any]) -> None:
         ),
     ],
 )
-def test_what_does_not_fit_is_told(
+def test_mismatches_are_reported(
     text: str, payload: str, fields: dict[str, Any], rest: str, problem: str
 ) -> None:
     decoded = Layout(text).decode(bytes.fromhex(payload))

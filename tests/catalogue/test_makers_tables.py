@@ -1,4 +1,4 @@
-"""The catalogue against the tables of others, row by row; where it differs, the reason stands here."""
+"""The catalogue, compared row by row with the tables of others; each difference has a reason."""
 
 import ast
 import inspect
@@ -64,7 +64,7 @@ SDK_DIFFERENCES: Final = {
     (0x1A, 0x45): "the SDK's 48 is the palette of today; here all that is there",
     (0x1A, 0x46): "the SDK's 24 is the palette of today; here all that is there",
 }
-"""Pairs whose layouts are not those of the SDK, and why."""
+"""Pairs whose layouts differ from those of the SDK, and why."""
 
 
 class SdkCommand(NamedTuple):
@@ -143,7 +143,7 @@ MODULES: Final[tuple[ModuleType, ...]] = (
 )
 V1_DEVICES: Final = {0x00, 0x01, 0x02}
 V1_MODULES: Final = (spherov2.commands.core, spherov2.commands.sphero, spherov2.commands.bootloader)
-"""Their enums share names with those of V2 and mean other things: ours have other names, after the maker."""
+"""Enums that share names with those of V2 but differ in meaning; ours have other names, from the maker."""
 
 
 class TheirCommand(NamedTuple):
@@ -154,7 +154,7 @@ class TheirCommand(NamedTuple):
 
 
 def their_commands() -> Iterator[TheirCommand]:
-    """Read names and ids off the source: ``_encode(toy, CID, …)`` in a method, ``((DID, CID, 0xff), …)``.
+    """Read names and ids from the source: ``_encode(toy, CID, …)`` in a method, ``((DID, CID, 0xff), …)``.
 
     One method forgets the toy, two call an ``__encode`` that is not there: they cannot be run.
     """
@@ -217,7 +217,7 @@ def test_as_many_commands_of_spherov2_as_were_surveyed() -> None:
 
 
 OTHER_ENUMS: Final = {"DeviceModes": "ours are those of V1, as the maker describes them; theirs are of 0x11"}
-"""Enums that share no more than their name, and why."""
+"""Enums that share only their name, and why."""
 
 
 def test_the_named_values_of_spherov2_are_ours() -> None:
@@ -252,7 +252,7 @@ def test_the_sos_messages_are_numbered_as_the_makers_sdk_and_spherov2_number_the
 
 SENSOR_NAMES: Final = {"r2_head_angle": "head_angle"}
 SWAPPED: Final = {"back_emf_left": "back_emf_right", "back_emf_right": "back_emf_left"}
-"""spherov2 has the motors of V1 the other way round; the maker's tables count, and gobot agrees."""
+"""spherov2 has the motors of V1 swapped; the catalogue follows the maker's tables, and gobot agrees."""
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Who vouches for a command, robot by robot and firmware by firmware."""
+"""The sources of a command, per robot and per firmware version."""
 
 from collections import Counter
 
@@ -40,7 +40,7 @@ REFERENCE = {
     "drive.drive_with_heading",
     "user_io.set_all_leds_with_8_bit_mask",
 }
-"""What the description of BOLT+ names without saying that it is BOLT's."""
+"""What the description of BOLT+ lists without saying that it is from BOLT."""
 
 
 def v2(did: int, cid: int) -> CommandRow:
@@ -174,7 +174,7 @@ def test_what_switches_a_message_on_is_what_the_maker_says(message: int, pair: s
 
 
 def test_where_the_makers_description_is_contradicted_a_note_says_so() -> None:
-    """It gives 02:43 for the soul's data; his own SDKs ask for it by 02:46 (RKCommandList.h, sphero.js)."""
+    """The description says 02:43 for soul data; the maker's SDKs use 02:46 (RKCommandList.h, sphero.js)."""
     soul = notification_row(V1, None, 0x0D, None)
     assert soul is not None
     assert soul.enabled_by == "sphero.get_soul_block"

@@ -1,4 +1,4 @@
-"""Every layout of every pair, both ways: example values to bytes and back, bytes to values and back."""
+"""Round trips of every layout: values to bytes and back, bytes to values and back."""
 
 import json
 import struct
@@ -15,7 +15,7 @@ from sphero_probe.catalogue.payload.layout import Field, Layout
 from sphero_probe.protocol.packets import Generation
 
 EXAMPLES: Final = 12
-"""Payloads of each layout, each way."""
+"""Random payloads per layout and direction."""
 BOUNDS: Final = {
     "u8": (0, 0xFF),
     "u16": (0, 0xFFFF),
@@ -27,7 +27,7 @@ BOUNDS: Final = {
     "uint": (0, 0xFFFF_FFFF),
 }
 SHORTENED: Final = {"cstring", "uint"}
-"""Types whose bytes can be written in more than one way: behind a NUL, in front of a number."""
+"""Types that can be encoded in more than one way: bytes after a NUL, zeros before a number."""
 
 
 class Case(NamedTuple):
@@ -70,7 +70,7 @@ def example_number(field: Field, chance: Random) -> object:
 
 
 def example(field: Field, chance: Random) -> object:
-    """A value as ``decode`` gives it."""
+    """A value as ``decode`` returns it."""
     length = field.count if field.count is not None else chance.randrange(5)
     if field.type == "bytes":
         return chance.randbytes(length).hex()
@@ -154,7 +154,7 @@ def test_samples_are_decoded_and_built_again() -> None:
 
 
 def _without_nan(layout: Layout, chance: Random, length: int) -> bytes:
-    """Random bytes, ASCII where text is, and no number that is not finite."""
+    """Random bytes, with ASCII text and finite numbers."""
     payload = bytearray(chance.randbytes(length))
     at = 0
     for field in layout.fields:
@@ -171,7 +171,7 @@ def _without_nan(layout: Layout, chance: Random, length: int) -> bytes:
 
 
 def _alike(ours: object, theirs: object) -> bool:
-    """Whether values are the same, floats to the last digit that a 32-bit float has."""
+    """Whether values are the same, floats with the precision of 32 bits."""
     match ours, theirs:
         case dict(), dict():
             return ours.keys() == theirs.keys() and all(_alike(ours[key], theirs[key]) for key in ours)

@@ -1,4 +1,4 @@
-"""RVR's streaming services: what a configuration means, and what is delivered by it."""
+"""RVR's streaming services: configurations and delivered values."""
 
 import json
 
@@ -70,7 +70,7 @@ def test_the_pairs_are_rows_of_the_catalogue() -> None:
 
 def test_the_published_example_reads_as_the_sdk_logged_it() -> None:
     """Frames and logged values of the maker's Python SDK."""
-    asked, delivered = V2.decoder(Role.WITNESS).feed(
+    asked, delivered = V2.decoder(Role.OBSERVER).feed(
         bytes.fromhex("8d1802183902010001028ed8 8d2802183dff018655d300814c13008794eb00ecd8")
     )
     assert isinstance(asked, Request)
@@ -111,7 +111,7 @@ def test_the_published_example_reads_as_the_sdk_logged_it() -> None:
         pytest.param("01 0001 02", 1, "node 1 does not have imu", id="wrong node"),
         pytest.param("01 0001 02 0001 01", 2, "a service is named twice", id="twice"),
         pytest.param(
-            "03 000a 01", 1, "ambient_light in 16 bits was refused by a real robot", id="RVR 8.3.432, real"
+            "03 000a 01", 1, "ambient_light in 16 bits was rejected by a real robot", id="RVR 8.3.432, real"
         ),
     ],
 )
@@ -170,13 +170,13 @@ def test_what_is_configured_is_kept_per_node_and_token() -> None:
         pytest.param("01 ffffffff ffffffff ffffffff", None, id="any of two nodes"),
     ],
 )
-def test_what_nobody_configured_has_no_names(payload: str, source: int | None) -> None:
+def test_values_without_a_configuration_have_no_names(payload: str, source: int | None) -> None:
     configured = configured_after({}, configure(2, "01 0001 02"))
     configured = configured_after(configured, configure(1, "01 0003 00"))
     assert delivered_fields(configured, bytes.fromhex(payload), source) is None
 
 
-def test_a_node_that_does_not_tell_itself_is_found_where_only_one_has_the_token() -> None:
+def test_a_delivery_without_a_source_is_decoded_if_only_one_node_has_the_token() -> None:
     configured = configured_after({}, configure(2, "01 0008 00"))
     decoded = delivered_fields(configured, b"\1\0", None)
     assert decoded is not None
@@ -192,7 +192,7 @@ CHANNELS = [
 
 @pytest.mark.parametrize("bits", BITS.values())
 @pytest.mark.parametrize("channel", CHANNELS)
-def test_a_value_is_a_share_of_its_range_and_back(channel: Channel, bits: int) -> None:
+def test_a_value_is_a_fraction_of_its_range_and_back(channel: Channel, bits: int) -> None:
     largest = (1 << bits) - 1
     assert value_of(channel, 0, bits) == channel.minimum
     assert value_of(channel, largest, bits) == channel.maximum

@@ -1,6 +1,6 @@
-"""Sensor streams by what a robot executed: exchanges and recorded traffic in, named numbers out.
+"""Decoding sensor streams, from exchanges and from recorded traffic.
 
-The bytes are spelled out by hand from the mask layouts of spherov2's ``sensor.py``.
+The bytes were written by hand from the mask layouts in spherov2's ``sensor.py``.
 """
 
 import struct
@@ -119,7 +119,7 @@ def test_a_described_stream_has_the_sensors_and_their_units() -> None:
 def test_whatever_was_recorded_is_decoded_without_raising(
     generation: Generation, chunks: list[bytes]
 ) -> None:
-    decoder, reader = StreamDecoder(generation), CODECS[generation].decoder(Role.WITNESS)
+    decoder, reader = StreamDecoder(generation), CODECS[generation].decoder(Role.OBSERVER)
     for chunk in chunks:
         for packet in reader.feed(chunk):
             decoder.observe(packet)

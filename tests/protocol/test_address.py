@@ -1,4 +1,4 @@
-"""Addresses against Sphero's description of its API and captured bytes; one module takes the byte apart."""
+"""Addresses, compared with Sphero's description of its API and captured bytes; one module splits the byte."""
 
 import ast
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_a_byte_is_port_and_node(byte: int, address: Address) -> None:
 
 
 @given(NIBBLES, NIBBLES, NIBBLES)
-def test_another_node_is_behind_the_same_port(port: int, node: int, other: int) -> None:
+def test_another_node_behind_the_same_port(port: int, node: int, other: int) -> None:
     moved = Address(port, node).with_node(other)
     assert moved == (port, other)
     assert divmod(moved.byte, 16) == (port, other)
@@ -44,8 +44,8 @@ def test_every_byte_is_an_address(byte: int) -> None:
 
 
 @pytest.mark.parametrize("byte", [-1, 256, 0x111])
-def test_what_is_no_byte_is_no_address(byte: int) -> None:
-    with pytest.raises(ValueError, match="no address byte"):
+def test_a_number_that_is_not_a_byte_is_not_an_address(byte: int) -> None:
+    with pytest.raises(ValueError, match="not an address byte"):
         Address.from_byte(byte)
 
 
@@ -56,7 +56,7 @@ def test_what_does_not_fit_has_no_byte(address: Address) -> None:
 
 
 def nibble_arithmetic(source: str) -> list[str]:
-    """The expressions of a module that shift by four bits or mask a nibble."""
+    """Expressions in a module that shift by four bits or mask a nibble."""
     tree = ast.parse(source)
     constants = {
         target.id: node.value.value
@@ -98,6 +98,6 @@ def test_nibble_arithmetic_is_found() -> None:
     "file",
     [pytest.param(file, id=str(file.relative_to(PACKAGE))) for file in sorted(PACKAGE.rglob("*.py"))],
 )
-def test_only_one_module_takes_address_bytes_apart(file: Path) -> None:
+def test_only_one_module_splits_address_bytes(file: Path) -> None:
     found = nibble_arithmetic(file.read_text(encoding="utf-8"))
     assert bool(found) == (file == HOME), found

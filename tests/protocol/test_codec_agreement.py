@@ -1,6 +1,6 @@
-"""The quick decoders and the plain ones of these tests tell the same of every stream, however it is damaged.
+"""The project's fast decoders return the same as the simple ones of these tests, for every damaged stream.
 
-``AGREE_STREAMS=1000000 AGREE_SEED=2 pytest tests/test_codec_agreement.py -k random`` looks longer.
+``AGREE_STREAMS=1000000 AGREE_SEED=2 pytest tests/test_codec_agreement.py -k random`` tests more streams.
 """
 
 import os
@@ -78,7 +78,7 @@ def v1_frames(random: Random, count: int) -> list[bytes]:
 
 
 def damaged_stream(random: Random, frames: list[bytes], most: int) -> bytes:
-    """Frames back to back; in most streams some bytes were changed, lost, doubled or came in between."""
+    """Frames in a row; in most streams some bytes are changed, lost, doubled or inserted."""
     stream = bytearray().join(random.choices(frames, k=random.randrange(1, most)))
     for _ in range(random.choice((0, 1, 1, 2, 5))):
         at = random.randrange(len(stream) + 1)
@@ -182,7 +182,7 @@ def test_sums_that_adler32_cannot_tell(length: int) -> None:
 
 
 @pytest.mark.unmeasured
-def test_the_quick_decoder_is_ten_times_as_quick_as_the_plain_one() -> None:
+def test_the_fast_decoder_is_ten_times_as_fast_as_the_simple_one() -> None:
     random = Random(3)
     stream = b"".join(
         V2.encode_notification(Notification(0x18, 2, random.randbytes(24), 1, None, 0xFF, 8))

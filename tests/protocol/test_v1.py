@@ -1,4 +1,4 @@
-"""The V1 codec against the documents' frames, a plain decoder, and whatever can happen on a line."""
+"""The V1 codec, compared with the documents' frames and a simple decoder, also on damaged streams."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -68,7 +68,7 @@ CODES = [
 
 heard = partial(decoded, V1)
 Content = tuple[str, int, tuple[int, ...], bytes]
-"""The kind, SOP2, the ids and the data, as the plain decoder tells them."""
+"""The kind, SOP2, the ids and the data, as the simple decoder reports them."""
 
 
 def raw_of(packets: Sequence[Packet]) -> bytes:
@@ -76,13 +76,13 @@ def raw_of(packets: Sequence[Packet]) -> bytes:
 
 
 def wire(start: str) -> bytes:
-    """A frame built with no help from the codec, from all its bytes but the checksum, as hex."""
+    """A frame built without the codec, from all its bytes except the checksum, as hex."""
     data = bytes.fromhex(start)
     return data + bytes([0xFF - sum(data[2:]) % 256])
 
 
 def content_of(packet: Sound) -> Content:
-    """A packet's content as the plain decoder tells it, without the places."""
+    """A packet's contents as the simple decoder reports them, without the places."""
     match packet:
         case Request(command=(did, cid, payload, None), seq=seq, source=None, flags=flags):
             return (COMMAND, flags, (did, cid, seq), payload)
@@ -101,7 +101,7 @@ def contents_of(packets: Sequence[Packet]) -> list[Content]:
     return [content_of(packet) for packet in sound(packets)]
 
 
-def test_the_way_in() -> None:
+def test_codecs_holds_the_codec() -> None:
     assert CODECS[Generation.V1] is V1
     assert V1.generation is Generation.V1
     assert V1.sequence_numbers == range(256)
@@ -157,7 +157,7 @@ def test_frames_of_the_documents(hexed: str, role: Role, packet: Packet) -> None
     raw = bytes.fromhex(hexed)
     for pieces in ([raw], byte_by_byte(raw), *([raw[:at], raw[at:]] for at in range(len(raw)))):
         assert heard(pieces, role) == [packet]
-    assert heard([raw], Role.WITNESS) == [packet]
+    assert heard([raw], Role.OBSERVER) == [packet]
     assert V1.frame_of(packet) == raw == wire(hexed[:-2])
     for noise in (PROMPT, b"\x00", b"u>\r\nu>"):
         for pieces in ([noise + raw + noise + raw], byte_by_byte(noise + raw + noise + raw)):
@@ -174,7 +174,7 @@ def test_the_checksum_of_the_documents_ping() -> None:
 def test_a_prompt_comes_first(row: dict[str, str]) -> None:
     frame = bytes.fromhex(row["hex"])
     packet = {"M1": M1, "M2": M2}[row["id"]]
-    for role in (Role.HOST, Role.WITNESS):
+    for role in (Role.HOST, Role.OBSERVER):
         for pieces in ([PROMPT + frame], [PROMPT, frame], byte_by_byte(PROMPT + frame)):
             assert heard(pieces, role) == [Malformed(PROMPT, "bytes outside a frame"), packet]
 
@@ -235,7 +235,7 @@ def test_option_bits_of_a_command(options: dict[str, bool], sop2: str, wants_ans
     assert frame == wire(f"ff{sop2}0230070580005a01")
     request = only(Request, heard([frame], Role.ROBOT))
     assert (request.flags, request.wants_answer) == (int(sop2, 16), wants_answer)
-    assert heard([frame], Role.WITNESS) == [request]
+    assert heard([frame], Role.OBSERVER) == [request]
     assert V1.frame_of(request) == frame
 
 
@@ -261,12 +261,12 @@ def test_a_session_with_answer_off() -> None:
     streamed = V1.encode_notification(M1)
     assert heard([streamed] * 20) == [M1] * 20
     tapped = [piece for frame in sent for piece in (frame, streamed)]
-    packets = heard([b"".join(tapped)], Role.WITNESS)
+    packets = heard([b"".join(tapped)], Role.OBSERVER)
     assert packets == [packet for request in requests for packet in (request, M1)]
 
 
 @pytest.mark.parametrize(
-    ("frame", "host", "robot", "witness"),
+    ("frame", "host", "robot", "observer"),
     [
         pytest.param(PING, Malformed, Request, Request, id="ping"),
         pytest.param(PONG, Response, Malformed, Response, id="simple response"),
@@ -280,34 +280,34 @@ def test_a_session_with_answer_off() -> None:
         pytest.param(wire("fffe0300040201ff").hex(), Notification, Malformed, Notification, id="short async"),
     ],
 )
-def test_kinds_by_role(frame: str, host: type[Packet], robot: type[Packet], witness: type[Packet]) -> None:
+def test_kinds_by_role(frame: str, host: type[Packet], robot: type[Packet], observer: type[Packet]) -> None:
     raw = bytes.fromhex(frame)
-    for role, kind in ((Role.HOST, host), (Role.ROBOT, robot), (Role.WITNESS, witness)):
+    for role, kind in ((Role.HOST, host), (Role.ROBOT, robot), (Role.OBSERVER, observer)):
         packets = heard([raw], role)
         assert type(packets[0]) is kind
         assert raw_of(packets) == raw
 
 
-def test_a_witness_remembers_who_waits_for_an_answer() -> None:
+def test_an_observer_remembers_unanswered_commands() -> None:
     command = V1.encode_command(Command(0x02, 0x22), 0x01)
     both_fit = bytes.fromhex("ffff00010201fb")
     as_command = Request(Command(0x00, 0x01), 2, None, 0xFF)
     as_response = Response(1, 0, b"\x01", flags=0xFF)
-    unasked = V1.encode_command(Command(0x02, 0x22), 0x01, answer=False)
-    assert heard([both_fit], Role.WITNESS) == [as_command]
-    assert heard([command, both_fit], Role.WITNESS)[1:] == [as_response]
-    assert heard([command, both_fit, both_fit], Role.WITNESS)[1:] == [as_response, as_command]
-    assert heard([unasked, both_fit], Role.WITNESS)[1:] == [as_command]
+    unanswered = V1.encode_command(Command(0x02, 0x22), 0x01, answer=False)
+    assert heard([both_fit], Role.OBSERVER) == [as_command]
+    assert heard([command, both_fit], Role.OBSERVER)[1:] == [as_response]
+    assert heard([command, both_fit, both_fit], Role.OBSERVER)[1:] == [as_response, as_command]
+    assert heard([unanswered, both_fit], Role.OBSERVER)[1:] == [as_command]
 
 
-def test_a_witness_hears_both_ends_of_a_session() -> None:
+def test_an_observer_reads_both_directions_of_a_session() -> None:
     stream, expected = b"", []
     for seq in range(256):
         command = Command(0x02, 0x20 + seq % 3, bytes(range(1, 1 + seq % 5)))
         answer = Response(seq, 0x00 if seq % 7 else 0x04, bytes([1, 0x10])[: seq % 3])
         stream += V1.encode_command(command, seq) + V1.encode_response(answer)
         expected += [Request(command, seq, None, 0xFF), answer._replace(flags=0xFF)]
-    assert heard([stream], Role.WITNESS) == expected
+    assert heard([stream], Role.OBSERVER) == expected
 
 
 def test_the_longest_plain_payload() -> None:
@@ -326,7 +326,7 @@ def test_a_length_of_ff_stands_for_the_soul_block() -> None:
     payload = bytes(index % 251 for index in range(length))
     frame = V1.encode_command(Command(did, cid, payload), 9)
     assert (frame[5], len(frame)) == (0xFF, 6 + 0x404 + 1)
-    for role in (Role.ROBOT, Role.WITNESS):
+    for role in (Role.ROBOT, Role.OBSERVER):
         for pieces in ([frame], byte_by_byte(frame)):
             (request,) = heard(pieces, role)
             assert request == Request(Command(did, cid, payload), 9, None, 0xFF)
@@ -343,7 +343,7 @@ def test_a_notification_has_a_length_of_16_bits(length: int) -> None:
     payload = bytes(index % 253 for index in range(length))
     frame = V1.encode_notification(Notification(None, 0x0D, payload))
     assert int.from_bytes(frame[3:5]) == length + 1
-    for role in (Role.HOST, Role.WITNESS):
+    for role in (Role.HOST, Role.OBSERVER):
         for pieces in ([frame], byte_by_byte(frame), [frame[:4], frame[4:]]):
             assert heard(pieces, role) == [Notification(None, 0x0D, payload, flags=0xFE)]
 
@@ -370,7 +370,7 @@ def test_a_notification_has_a_length_of_16_bits(length: int) -> None:
         pytest.param(Notification(None, 3, bytes(MAX_ASYNC_PAYLOAD + 1)), "at most 4090", id="async payload"),
     ],
 )
-def test_packets_that_cannot_be_written(packet: Packet, reason: str) -> None:
+def test_packets_that_cannot_be_encoded(packet: Packet, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         V1.frame_of(packet)
     if isinstance(packet, Request):
@@ -378,7 +378,7 @@ def test_packets_that_cannot_be_written(packet: Packet, reason: str) -> None:
             V1.encode_command(packet.command, packet.seq)
 
 
-SPOILT_PONG = "ffff005201ad"
+DAMAGED_PONG = "ffff005201ad"
 FALSE_RESPONSE = "ffff0001f0"
 FALSE_ASYNC = "fffe030ff0"
 HUGE_ASYNC = "fffe03ffff"
@@ -390,14 +390,14 @@ HUGE_ASYNC = "fffe03ffff"
         pytest.param(PONG + PONG, [("", PONG), ("", PONG)], id="back to back"),
         pytest.param("753e" + PONG, [("outside", "753e"), ("", PONG)], id="a prompt"),
         pytest.param(PONG + "753e" + PONG + "753e", [("", PONG), ("outside", "753e")] * 2, id="prompts"),
-        pytest.param(SPOILT_PONG, [("checksum 0xad, expected 0xac", SPOILT_PONG)], id="spoilt"),
+        pytest.param(DAMAGED_PONG, [("checksum 0xad, expected 0xac", DAMAGED_PONG)], id="damaged"),
         pytest.param(
-            SPOILT_PONG + "00" + PONG,
-            [("checksum", SPOILT_PONG), ("outside", "00"), ("", PONG)],
-            id="spoilt, noise, sound",
+            DAMAGED_PONG + "00" + PONG,
+            [("checksum", DAMAGED_PONG), ("outside", "00"), ("", PONG)],
+            id="damaged, noise, valid",
         ),
-        pytest.param(SPOILT_PONG + PONG, [("checksum", SPOILT_PONG), ("", PONG)], id="spoilt, sound"),
-        pytest.param(SPOILT_PONG * 2, [("checksum", SPOILT_PONG)] * 2, id="spoilt twice"),
+        pytest.param(DAMAGED_PONG + PONG, [("checksum", DAMAGED_PONG), ("", PONG)], id="damaged, valid"),
+        pytest.param(DAMAGED_PONG * 2, [("checksum", DAMAGED_PONG)] * 2, id="damaged twice"),
         pytest.param(
             "ffff00530302" + PONG,
             [("checksum", "ffff00530302"), ("", PONG)],
@@ -423,9 +423,9 @@ HUGE_ASYNC = "fffe03ffff"
             id="false length twice",
         ),
         pytest.param(
-            FALSE_RESPONSE + SPOILT_PONG + PONG,
-            [("17 of 245", FALSE_RESPONSE + SPOILT_PONG), ("", PONG)],
-            id="false length, spoilt, sound",
+            FALSE_RESPONSE + DAMAGED_PONG + PONG,
+            [("17 of 245", FALSE_RESPONSE + DAMAGED_PONG), ("", PONG)],
+            id="false length, damaged, valid",
         ),
         pytest.param(PONG + "ffff00", [("", PONG), ("3 of 6", "ffff00")], id="half a frame last"),
         pytest.param(PONG + "ff", [("", PONG), ("outside", "ff")], id="half a start last"),
@@ -457,7 +457,7 @@ def test_resynchronisation(stream: str, outcome: list[tuple[str, str]]) -> None:
         pytest.param("ffffffffffffff", id="starts only"),
     ],
 )
-def test_a_false_length_swallows_no_answer(start: str, cut: int, role: Role) -> None:
+def test_a_false_length_hides_no_response(start: str, cut: int, role: Role) -> None:
     frame, packet = (
         (bytes.fromhex(PING), PING_PACKET) if role is Role.ROBOT else (bytes.fromhex(PONG), PONG_PACKET)
     )
@@ -470,7 +470,7 @@ def test_a_false_length_swallows_no_answer(start: str, cut: int, role: Role) -> 
     assert decoder.feed(frame) == [packet]
 
 
-def test_what_follows_a_false_length_comes_without_giving_up() -> None:
+def test_packets_after_a_false_length_arrive_without_giving_up() -> None:
     decoder = V1.decoder(Role.HOST)
     stream = bytes.fromhex(FALSE_RESPONSE) + bytes.fromhex(PONG) * 39
     assert decoder.feed(stream) == []
@@ -481,7 +481,7 @@ def test_what_follows_a_false_length_comes_without_giving_up() -> None:
     assert packets[1:] == [PONG_PACKET] * 40
 
 
-def test_a_start_inside_a_sound_frame_is_data() -> None:
+def test_a_start_inside_a_valid_frame_is_data() -> None:
     inner = V1.encode_response(Response(1, 0))
     outer = V1.encode_notification(Notification(None, 0x08, inner * 3))
     assert heard([outer]) == [Notification(None, 0x08, inner * 3, flags=0xFE)]
@@ -498,10 +498,10 @@ def test_a_start_inside_a_sound_frame_is_data() -> None:
         pytest.param("ffff005201", "5 of 6 bytes", id="all but the checksum"),
         pytest.param("fffe03000500", "6 of 10 bytes", id="half an async"),
         pytest.param("ffff00530300ff", "7 of 8 bytes", id="ends with half a start"),
-        pytest.param("ffff005302ffff", "checksum 0xff, expected 0xab", id="spoilt, ends with half a start"),
+        pytest.param("ffff005302ffff", "checksum 0xff, expected 0xab", id="damaged, ends with half a start"),
     ],
 )
-def test_giving_up_half_a_frame(held: str, reason: str) -> None:
+def test_giving_up_an_unfinished_frame(held: str, reason: str) -> None:
     decoder = V1.decoder(Role.HOST)
     assert decoder.give_up() == []
     assert decoder.feed(bytes.fromhex(held)) == []
@@ -514,7 +514,7 @@ def test_giving_up_half_a_frame(held: str, reason: str) -> None:
 
 
 LONGEST = b"\xff\xfe\x0d\x0f\xfb" + bytes(MAX_FRAME - 5)
-"""A spoilt frame as long as one may be."""
+"""A damaged frame of the maximum length."""
 
 
 @pytest.mark.parametrize(
@@ -565,7 +565,7 @@ def test_overlong(stream: bytes, outcome: list[tuple[str, int]], size: int) -> N
         pytest.param(bytes(4200) + b"\xff", id="noise and half starts"),
     ],
 )
-def test_what_is_held_back_is_bounded(pattern: bytes, size: int, role: Role) -> None:
+def test_the_buffer_is_bounded(pattern: bytes, size: int, role: Role) -> None:
     total = 3 * MAX_FRAME
     stream = (pattern * total)[:total]
     decoder = V1.decoder(role)
@@ -580,7 +580,7 @@ def test_what_is_held_back_is_bounded(pattern: bytes, size: int, role: Role) -> 
     assert decoder.feed(frame) == V1.decoder(role).feed(frame)
 
 
-def test_an_answer_behind_a_false_length_is_credited() -> None:
+def test_a_response_after_a_false_length_is_matched() -> None:
     tracker = Tracker(V1)
     seq, frame = tracker.ask(Command(0x00, 0x01), now=0.0, timeout=1.0)
     assert frame == V1.encode_command(Command(0x00, 0x01), seq)
@@ -611,7 +611,7 @@ ANSWER_FRAMES = RESPONSES.map(V1.encode_response) | NOTIFICATIONS.map(V1.encode_
 FRAMES = {
     Role.ROBOT: REQUEST_FRAMES,
     Role.HOST: ANSWER_FRAMES,
-    Role.WITNESS: REQUEST_FRAMES | ANSWER_FRAMES,
+    Role.OBSERVER: REQUEST_FRAMES | ANSWER_FRAMES,
 }
 GARBAGE = st.lists(BYTES, max_size=20).map(bytes)
 FALSE_STARTS = st.sampled_from(
@@ -621,12 +621,12 @@ FALSE_STARTS = st.sampled_from(
     ]
 )
 SMALL = 32
-"""How long a frame may be in the tests that try out that bound."""
+"""The maximum length of a frame in the tests of that bound."""
 
 
 @st.composite
 def damaged(draw: st.DrawFn) -> bytes:
-    """A frame of which a stretch was replaced, by nothing or by something else."""
+    """A frame in which some bytes were removed or replaced."""
     frame = draw(REQUEST_FRAMES | ANSWER_FRAMES)
     start = draw(st.integers(0, len(frame) - 1))
     end = draw(st.integers(start, min(start + 4, len(frame))))
@@ -647,12 +647,12 @@ def cut_streams(draw: st.DrawFn) -> tuple[bytes, list[bytes]]:
 def short_frames_only() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(v1_frames, "MAX_FRAME", SMALL)
-        patch.setattr(v1, "_LONGEST", SMALL - 5)
+        patch.setattr(v1, "_MAX_FAST_DLEN", SMALL - 5)
         yield
 
 
 @given(COMMANDS, BYTES, st.booleans(), st.booleans())
-def test_a_command_comes_through(command: Command, seq: int, answer: bool, activity: bool) -> None:
+def test_a_command_round_trips(command: Command, seq: int, answer: bool, activity: bool) -> None:
     frame = V1.encode_command(command, seq, answer=answer, activity=activity)
     (request,) = heard([frame], Role.ROBOT)
     assert request == Request(command, seq, None, 0xFC | activity << 1 | answer, answer)
@@ -660,7 +660,7 @@ def test_a_command_comes_through(command: Command, seq: int, answer: bool, activ
 
 
 @given(RESPONSES)
-def test_a_response_comes_through(response: Response) -> None:
+def test_a_response_round_trips(response: Response) -> None:
     frame = V1.encode_response(response)
     (heard_of,) = heard([frame])
     assert heard_of == response._replace(flags=0xFF)
@@ -668,9 +668,9 @@ def test_a_response_comes_through(response: Response) -> None:
 
 
 @given(NOTIFICATIONS)
-def test_a_notification_comes_through(notification: Notification) -> None:
+def test_a_notification_round_trips(notification: Notification) -> None:
     frame = V1.encode_notification(notification)
-    for role in (Role.HOST, Role.WITNESS):
+    for role in (Role.HOST, Role.OBSERVER):
         (heard_of,) = heard([frame], role)
         assert heard_of == notification._replace(flags=0xFE)
         assert V1.frame_of(heard_of) == frame
@@ -713,7 +713,7 @@ def test_both_codecs_get_what_was_sent(generation: Generation, data: st.DataObje
 
 
 @given(st.sampled_from((Role.HOST, Role.ROBOT)), st.data())
-def test_got_is_sent_whatever_the_noise_between(role: Role, data: st.DataObject) -> None:
+def test_packets_are_received_as_sent_despite_noise(role: Role, data: st.DataObject) -> None:
     parts = data.draw(st.lists(st.tuples(NOISE, FRAMES[role]), min_size=1, max_size=6))
     stream, places = b"", []
     for noise, frame in parts:
@@ -735,7 +735,7 @@ def test_giving_up_leaves_nothing_behind(
     for stream, pieces in (first, second):
         packets = [packet for piece in pieces for packet in decoder.feed(piece)] + decoder.give_up()
         assert raw_of(packets) == stream
-        if role is not Role.WITNESS:  # which remembers what was asked
+        if role is not Role.OBSERVER:  # which remembers what was asked
             assert contents_of(packets) == contents_in(stream, role)
 
 
@@ -775,7 +775,7 @@ def test_the_plain_decoder_agrees_at_the_bound(cut: tuple[bytes, list[bytes]], r
 
 
 @given(cut_streams(), st.sampled_from(Role))
-def test_never_more_than_two_frames_are_held_back(cut: tuple[bytes, list[bytes]], role: Role) -> None:
+def test_at_most_two_frames_are_buffered(cut: tuple[bytes, list[bytes]], role: Role) -> None:
     _, pieces = cut
     given_bytes = reported = 0
     with short_frames_only():
@@ -794,15 +794,15 @@ def test_nothing_on_the_line_raises(pieces: list[bytes], role: Role) -> None:
 @given(FRAMES[Role.HOST], st.data())
 def test_a_flipped_bit_never_goes_unnoticed(frame: bytes, data: st.DataObject) -> None:
     at = data.draw(st.integers(2, len(frame) - 1))
-    spoilt = bytearray(frame)
-    spoilt[at] ^= 1 << data.draw(st.integers(0, 7))
+    flipped = bytearray(frame)
+    flipped[at] ^= 1 << data.draw(st.integers(0, 7))
     (packet,) = heard([frame])
-    assert packet not in heard([bytes(spoilt)])
+    assert packet not in heard([bytes(flipped)])
 
 
 def random_stream(random: Random) -> bytes:
-    """The documents' frames in a row, some of them damaged, some noise and false lengths between them."""
-    known = [PING, PONG, *(row["hex"] for row in GOLDEN.values()), "ffff0230070580005a01e6", SPOILT_PONG]
+    """The documents' frames in a row, some damaged, with noise and false lengths between them."""
+    known = [PING, PONG, *(row["hex"] for row in GOLDEN.values()), "ffff0230070580005a01e6", DAMAGED_PONG]
     stream = bytearray()
     for _ in range(random.randrange(1, 7)):
         stream += bytes.fromhex(random.choice(known))

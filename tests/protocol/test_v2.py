@@ -1,4 +1,4 @@
-"""The V2 codec against frames of real robots, against a plain decoder, and against all that a line can do."""
+"""The V2 codec, compared with frames of real robots and a simple decoder, also on damaged streams."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -60,7 +60,7 @@ heard = partial(decoded, V2)
 
 
 def wire(body: Iterable[int]) -> bytes:
-    """A frame built with no help from the codec, from its unescaped bytes without the checksum."""
+    """A frame built without the codec, from its unescaped bytes without the checksum."""
     plain = [*body]
     checksum = 0xFF - sum(plain) % 256
     escaped = [[0xAB, byte & ~0x88] if byte in SPECIAL else [byte] for byte in [*plain, checksum]]
@@ -68,7 +68,7 @@ def wire(body: Iterable[int]) -> bytes:
 
 
 def frame_view(packet: Sound) -> Frame:
-    """A packet's content in the order of the wire."""
+    """A packet's contents in the order of the wire."""
     code: int | None = None
     match packet:
         case Request(command=(did, cid, payload, target), seq=seq, source=source, flags=flags):
@@ -96,7 +96,7 @@ def golden_role(row: dict[str, Any]) -> Role:
     return Role.ROBOT if row["direction"] == "tx" else Role.HOST
 
 
-def test_the_way_in() -> None:
+def test_codecs_holds_the_codec() -> None:
     assert CODECS[Generation.V2] is V2
     assert V2.generation is Generation.V2
     assert V2.sequence_numbers == range(255)
@@ -113,7 +113,7 @@ def test_the_golden_frames_are_all_there() -> None:
 def test_golden_frame_decodes_to_what_it_says(row: dict[str, Any]) -> None:
     frame = bytes.fromhex(row["hex"])
     assert heard([frame], golden_role(row)) == [golden_packet(row)]
-    assert heard([frame], Role.WITNESS) == [golden_packet(row)]
+    assert heard([frame], Role.OBSERVER) == [golden_packet(row)]
 
 
 @EACH_GOLDEN
@@ -137,9 +137,9 @@ def test_golden_frame_cut_anywhere(row: dict[str, Any]) -> None:
         pytest.param("d8", "d8", "d8", id="stray ends"),
         pytest.param("ab", "ab", "ab", id="stray escapes"),
         pytest.param("8dd8", "d88d", "8dab", id="empty frames"),
-        pytest.param("8dab", "ab8dab", "abd8", id="escapes beside markers"),
+        pytest.param("8dab", "ab8dab", "abd8", id="escapes next to markers"),
         pytest.param("8d3921", "8d392101130d", "8d0a", id="frames that break off"),
-        pytest.param("8d392101130d0184d8", "8d0901d8", "8d09130d0000d7d8", id="spoilt frames"),
+        pytest.param("8d392101130d0184d8", "8d0901d8", "8d09130d0000d7d8", id="damaged frames"),
         pytest.param("753e", "75 3e 0d 0a", "3e", id="a prompt"),
         pytest.param("ab05ab23ab50", "ab05ab23ab50", "ab05ab23ab50", id="escapes outside frames"),
     ],
@@ -292,7 +292,7 @@ def test_a_real_escaped_checksum() -> None:
         ),
     ],
 )
-def test_target_and_source_are_there_independently(frame: str, role: Role, packet: Packet) -> None:
+def test_target_and_source_are_independent(frame: str, role: Role, packet: Packet) -> None:
     assert heard([bytes.fromhex(frame)], role) == [packet]
     assert V2.frame_of(packet).hex() == frame
 
@@ -439,7 +439,7 @@ def test_only_three_escapes_are_legal() -> None:
         pytest.param(
             "8d09130d0000d7d8" + BATTERY,
             [("checksum", "8d09130d0000d7d8"), ("", BATTERY)],
-            id="spoilt frame first",
+            id="damaged frame first",
         ),
         pytest.param(
             "8d0913ab060000d6d8" + BATTERY,
@@ -468,7 +468,7 @@ def test_resynchronisation(stream: str, outcome: list[tuple[str, str]]) -> None:
 
 
 LONGEST = b"\x8d" + bytes(MAX_FRAME - 1)
-"""A frame of as many bytes as a decoder holds back."""
+"""A frame as long as a decoder's buffer."""
 
 
 @pytest.mark.parametrize(
@@ -516,7 +516,7 @@ def test_overlong(stream: bytes, outcome: list[tuple[str, int]], size: int) -> N
         pytest.param(b"\x8d" + bytes(1500), id="long frames that break off"),
     ],
 )
-def test_what_is_held_back_is_bounded(pattern: bytes, size: int) -> None:
+def test_the_buffer_is_bounded(pattern: bytes, size: int) -> None:
     total = 3 * MAX_FRAME
     stream = (pattern * total)[:total]
     decoder = V2.decoder(Role.HOST)
@@ -538,7 +538,7 @@ def test_what_is_held_back_is_bounded(pattern: bytes, size: int) -> None:
         pytest.param("00", "outside a frame", id="noise"),
     ],
 )
-def test_giving_up_half_a_frame(held: str, reason: str) -> None:
+def test_giving_up_an_unfinished_frame(held: str, reason: str) -> None:
     decoder = V2.decoder(Role.HOST)
     assert decoder.give_up() == []
     assert decoder.feed(bytes.fromhex(held)) == []
@@ -564,7 +564,7 @@ def test_giving_up_half_a_frame(held: str, reason: str) -> None:
         pytest.param(Command(0, 0, bytes(MAX_PAYLOAD + 1)), 0, {}, id="payload"),
     ],
 )
-def test_commands_that_cannot_be_written(command: Command, seq: int, more: dict[str, Any]) -> None:
+def test_commands_that_cannot_be_encoded(command: Command, seq: int, more: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"range\(0, 256\)|at most"):
         V2.encode_command(command, seq, **more)
 
@@ -586,7 +586,7 @@ def test_commands_that_cannot_be_written(command: Command, seq: int, more: dict[
         pytest.param(Request(Command(0x100, 0), 0), id="request DID"),
     ],
 )
-def test_packets_that_cannot_be_written(packet: Packet) -> None:
+def test_packets_that_cannot_be_encoded(packet: Packet) -> None:
     with pytest.raises(ValueError, match=r"range\(0, 256\)|at most|needed"):
         V2.frame_of(packet)
 
@@ -658,7 +658,7 @@ def test_flags_of_a_command(options: dict[str, Any], flags: int, wants_answer: b
 
 
 @pytest.mark.parametrize(
-    ("frame", "host", "robot", "witness"),
+    ("frame", "host", "robot", "observer"),
     [
         pytest.param("8d09130d0000d6d8", Response, Response, Response, id="response"),
         pytest.param(
@@ -670,9 +670,9 @@ def test_flags_of_a_command(options: dict[str, Any], flags: int, wants_answer: b
         pytest.param("8d08131107ccd8", Notification, Request, Request, id="no answer, SEQ 07"),
     ],
 )
-def test_kinds_by_role(frame: str, host: type[Packet], robot: type[Packet], witness: type[Packet]) -> None:
+def test_kinds_by_role(frame: str, host: type[Packet], robot: type[Packet], observer: type[Packet]) -> None:
     raw = bytes.fromhex(frame)
-    for role, kind in ((Role.HOST, host), (Role.ROBOT, robot), (Role.WITNESS, witness)):
+    for role, kind in ((Role.HOST, host), (Role.ROBOT, robot), (Role.OBSERVER, observer)):
         (packet,) = heard([raw], role)
         assert type(packet) is kind
         assert V2.frame_of(packet) == raw
@@ -691,7 +691,7 @@ NOTIFICATIONS = st.builds(
 
 
 def expected_flags(packet: Response | Notification, first: int) -> int:
-    """The flags as a decoder tells them, of a packet whose flags were given as any 16 bits."""
+    """The flags that a decoder reports for a packet that was made with any 16 flag bits."""
     flags = packet.flags & 0xFF & ~0x31 | first
     flags |= 0x10 if packet.target is not None else 0
     flags |= 0x20 if packet.source is not None else 0
@@ -699,7 +699,7 @@ def expected_flags(packet: Response | Notification, first: int) -> int:
 
 
 @given(COMMANDS, BYTES, st.booleans(), st.booleans(), st.booleans(), ADDRESSES, EXTENSIONS)
-def test_a_command_comes_through(
+def test_a_command_round_trips(
     command: Command,
     seq: int,
     answer: bool,
@@ -732,7 +732,7 @@ def test_a_command_comes_through(
 
 
 @given(RESPONSES)
-def test_a_response_comes_through(response: Response) -> None:
+def test_a_response_round_trips(response: Response) -> None:
     frame = V2.encode_response(response)
     expected = response._replace(flags=expected_flags(response, 0x01))
     for role in Role:
@@ -742,7 +742,7 @@ def test_a_response_comes_through(response: Response) -> None:
 
 
 @given(NOTIFICATIONS)
-def test_a_notification_comes_through(notification: Notification) -> None:
+def test_a_notification_round_trips(notification: Notification) -> None:
     frame = V2.encode_notification(notification)
     seq = 0xFF if notification.seq is None else notification.seq
     expected = notification._replace(seq=seq, flags=expected_flags(notification, 0x00))
@@ -757,7 +757,7 @@ SOUND = (
 )
 GARBAGE = st.lists(BYTES, max_size=20).map(bytes)
 SMALL = 48
-"""What a decoder holds back at most in the tests that try out that bound."""
+"""The size of a decoder's buffer in the tests of that bound."""
 LONG = st.builds(
     lambda start, length: start + bytes(length),
     st.sampled_from((b"", b"\x8d", b"\xab\x8d", b"\xd8\x8d")),
@@ -767,7 +767,7 @@ LONG = st.builds(
 
 @st.composite
 def damaged(draw: st.DrawFn) -> bytes:
-    """A frame of which a stretch was replaced, by nothing or by something else."""
+    """A frame in which some bytes were removed or replaced."""
     frame = draw(SOUND)
     start = draw(st.integers(0, len(frame) - 1))
     end = draw(st.integers(start, min(start + 4, len(frame))))
@@ -819,7 +819,7 @@ def test_every_byte_is_accounted_for(cut: tuple[bytes, list[bytes]], role: Role)
 
 
 @given(st.lists(st.tuples(st.just(True), SOUND) | st.tuples(st.just(False), DAMAGE), max_size=8))
-def test_every_sound_frame_survives_any_damage_around_it(parts: list[tuple[bool, bytes]]) -> None:
+def test_every_valid_frame_survives_damage_around_it(parts: list[tuple[bool, bytes]]) -> None:
     stream = b"".join(part for _, part in parts)
     rest = iter([V2.frame_of(packet) for packet in sound(heard([stream]))])
     for intact, part in parts:
@@ -830,10 +830,10 @@ def test_every_sound_frame_survives_any_damage_around_it(parts: list[tuple[bool,
 @given(SOUND, st.data())
 def test_a_flipped_bit_never_goes_unnoticed(frame: bytes, data: st.DataObject) -> None:
     at = data.draw(st.integers(1, len(frame) - 2))
-    spoilt = bytearray(frame)
-    spoilt[at] ^= 1 << data.draw(st.integers(0, 7))
+    flipped = bytearray(frame)
+    flipped[at] ^= 1 << data.draw(st.integers(0, 7))
     (packet,) = heard([frame])
-    assert packet not in heard([bytes(spoilt)])
+    assert packet not in heard([bytes(flipped)])
 
 
 @given(st.lists(st.binary(max_size=60), max_size=6), st.sampled_from(Role))
@@ -843,7 +843,7 @@ def test_nothing_on_the_line_raises(pieces: list[bytes], role: Role) -> None:
 
 
 @given(cut_streams())
-def test_never_more_than_one_frame_is_held_back(cut: tuple[bytes, list[bytes]]) -> None:
+def test_at_most_one_frame_is_buffered(cut: tuple[bytes, list[bytes]]) -> None:
     _, pieces = cut
     given_bytes = reported = 0
     with holding_back_little():
@@ -868,7 +868,7 @@ def test_the_plain_decoder_agrees_at_the_bound(cut: tuple[bytes, list[bytes]], r
 
 
 def random_stream(random: Random) -> bytes:
-    """Real frames in a row, some of them damaged, some noise between them."""
+    """Real frames in a row, some damaged, with noise between them."""
     stream = bytearray()
     for _ in range(random.randrange(1, 6)):
         stream += bytes.fromhex(random.choice(GOLDEN)["hex"])

@@ -1,4 +1,4 @@
-"""The pytest plugin in a nested pytest: fixtures, marker, options; and that it costs nothing unused."""
+"""The pytest plugin in a nested pytest: fixtures, marker, options; and that it costs nothing if unused."""
 
 import os
 import subprocess
@@ -56,7 +56,7 @@ def test_each_test_gets_a_fresh_robot(pytester: pytest.Pytester) -> None:
         import pytest
 
         @pytest.mark.parametrize("turn", [1, 2])
-        def test_lamps(sphero, sphero_fake, turn):
+        def test_leds(sphero, sphero_fake, turn):
             assert not any(sphero_fake.leds.values())
             assert not sphero_fake.ledger
             sphero.set_led("front", "ff8000")

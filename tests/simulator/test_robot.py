@@ -223,7 +223,7 @@ def test_strictness(strict: str, did: int, cid: int, length: int, code: int) -> 
     )
 
 
-def test_a_lamp_short_of_values_is_refused_unless_nobody_counts() -> None:
+def test_an_led_command_with_too_few_values_is_refused_if_lengths_are_checked() -> None:
     payload = b"\x07\xff"
     assert {
         strict: code_of(FakeRobot(Settings(ROBOTS["bolt"], strict=strict)), 0x1A, 0x1C, payload)
@@ -267,7 +267,7 @@ def test_hidden_commands_answer_like_any_other() -> None:
     [
         pytest.param(0x16, 0x01, bytes([9, 0, 0, 0]), 7, id="no such motor mode"),
         pytest.param(0x18, 0x42, bytes([2]), 7, id="no such motor"),
-        pytest.param(0x1A, 0x1A, b"\x80\x00\x00\x00\x01", 7, id="no such lamp"),
+        pytest.param(0x1A, 0x1A, b"\x80\x00\x00\x00\x01", 7, id="no such LED"),
         pytest.param(0x1D, 0x1C, b"\0", 7, id="no such reset strategy"),
         pytest.param(0x1F, 0x14, bytes(4), 4, id="factory mode"),
         pytest.param(0x16, 0x07, b"\0\0\0\x40", 0, id="a flag nobody knows"),
@@ -461,20 +461,20 @@ def test_the_name_is_the_bluetooth_name() -> None:
         ),
         pytest.param("bolt", 0x1C, "2105 06", {"front_red": 5, "back_blue": 6}, id="two channels"),
         pytest.param("bolt", 0x1C, "00", {}, id="none"),
-        pytest.param("bb9e", 0x0E, "0018 0910", {"aiming": 9, "head": 16}, id="single lamps"),
+        pytest.param("bb9e", 0x0E, "0018 0910", {"aiming": 9, "head": 16}, id="single LEDs"),
         pytest.param(
             "rvr", 0x1A, "40000001 0708", {"right_headlight_red": 7, "undercarriage": 8}, id="32 bits"
         ),
     ],
 )
-def test_lamps(model: str, cid: int, payload: str, expected: dict[str, int]) -> None:
+def test_leds(model: str, cid: int, payload: str, expected: dict[str, int]) -> None:
     robot = fake(model)
     assert set(robot.leds.values()) == {0}
     assert code_of(robot, 0x1A, cid, bytes.fromhex(payload)) == 0
     assert {name: value for name, value in robot.leds.items() if value} == expected
 
 
-def test_a_robot_whose_lamps_nobody_knows() -> None:
+def test_a_robot_without_known_leds() -> None:
     assert fake("lmq").leds == {}
 
 

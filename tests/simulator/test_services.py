@@ -181,11 +181,11 @@ def test_disabling_all_notifications_is_a_command_of_the_first_node() -> None:
 
 
 def test_bolt_plus_has_a_matrix_only_where_it_is_told_to() -> None:
-    """The description of BOLT+: front and back lamps by 1A/1C, no 8x8 matrix, error 0x09 from node 2."""
-    lamps = V2.encode_command(Command(0x1A, 0x1C, bytes.fromhex("3fff0000ff0000"), 0x11), 1)
+    """The description of BOLT+: front and back LEDs by 1A/1C, no 8x8 matrix, error 0x09 from node 2."""
+    set_leds = V2.encode_command(Command(0x1A, 0x1C, bytes.fromhex("3fff0000ff0000"), 0x11), 1)
     for settings, verdict in (("bolt-plus", Verdict.NO_COMMAND), ("bolt-plus?matrix=1", Verdict.OK)):
         robot = FakeRobot(parse_settings(settings))
-        (lit,) = tell(robot, [lamps])
+        (lit,) = tell(robot, [set_leds])
         assert isinstance(lit, Response)
         assert lit.code == 0
         assert robot.leds["front_red"] == robot.leds["back_red"] == 0xFF

@@ -1,4 +1,4 @@
-"""spherov2 0.12.1 as a peer: its commands decode here, its robots talk to ours, both parse ours alike."""
+"""spherov2 0.12.1 as a peer: its commands, its toy classes and its parser, compared with ours."""
 
 import inspect
 import struct
@@ -147,7 +147,7 @@ class Build(NamedTuple):
 
 
 def _theirs(chunks: Iterable[bytes]) -> list[TheirPacket]:
-    """What spherov2 makes of chunks as they come from a robot."""
+    """The packets that spherov2 decodes from the chunks of a robot."""
     packets: list[TheirPacket] = []
     collector = TheirPacket.Collector(packets.append)
     for chunk in chunks:
@@ -156,7 +156,7 @@ def _theirs(chunks: Iterable[bytes]) -> list[TheirPacket]:
 
 
 class _Sent(Exception):  # noqa: N818 - it is no error, it ends the call
-    """Ends a command of spherov2 where it would be sent."""
+    """Stops a command of spherov2 before it is sent."""
 
 
 @cache
@@ -182,7 +182,7 @@ def _samples(key: str, method: str, parameter: inspect.Parameter) -> tuple[objec
 
 
 def _arguments(key: str, method: str) -> Iterator[dict[str, object]]:
-    """Give sets of arguments in which every sample of every parameter comes up, for every node."""
+    """Return sets of arguments with every sample of every parameter, for every node."""
     _, *parameters = inspect.signature(_commands(key)[method]).parameters.values()
     samples = {one.name: _samples(key, method, one) for one in parameters if one.name != "proc"}
     tied = {name for pair in TIED.items() if samples.keys() >= set(pair) for name in pair}
@@ -203,7 +203,7 @@ def _arguments(key: str, method: str) -> Iterator[dict[str, object]]:
 
 @cache
 def _unheard(key: str) -> FakeRobot:
-    """A robot to belong to, for those who never send."""
+    """An owner for objects that never send."""
     return FakeRobot(parse_settings(key))
 
 
@@ -289,7 +289,7 @@ UNPAIRED = {
     "save_compressed_frame_player_animation": "the catalogue keeps palette and frames as one run of bytes",
     "save_compressed_frame_player_animation_without_frames": "likewise",
 }
-"""Commands some of whose parameters are no field of the catalogue."""
+"""Commands with parameters that are not a field in the catalogue."""
 
 
 def _row(key: str, build: Build) -> CommandRow | None:
@@ -297,7 +297,7 @@ def _row(key: str, build: Build) -> CommandRow | None:
 
 
 def _is_served(key: str, build: Build) -> bool:
-    """Tell whether the command goes to a node that has it; spherov2 may leave the choice to its caller."""
+    """Whether the command goes to a node that has it; spherov2 may leave the choice to the caller."""
     target = build.packet.tid
     return target is None or target & 0x0F in known(_row(key, build)).nodes[key]
 
@@ -321,7 +321,7 @@ def _same(
     ours: Any,
     theirs: Any,
 ) -> bool:
-    """Tell whether a decoded value is what spherov2 has for it."""
+    """Whether a decoded value equals spherov2's."""
     if field.values:
         names = VALUE_NAMES[field.values]
         word = (getattr(theirs, "name", None) or "").lower()
@@ -350,7 +350,7 @@ REFUSED = {
     "enable_extended_life_test": Verdict.RESTRICTED,
     "send_robot_to_robot_infrared_message": Verdict.NOT_IMPLEMENTED,
 }
-"""Commands that the fake robot has and never runs."""
+"""Commands that the fake robot has but never executes."""
 
 
 @rows(EVERY_COMMAND)
@@ -500,7 +500,7 @@ def _fake(key: str, ran: list[tuple[int, int]] | None = None, **settings: object
 
 
 def _told(key: str, frame: bytes) -> dict[Field, object]:
-    """What a twin of the fake robot answers to a frame, by our own decoder and catalogue.
+    """The response of an identical fake robot to a frame, by our own decoder and catalogue.
 
     Where the answer is empty and a notification brings the news, that one counts.
     """
@@ -541,7 +541,7 @@ def test_a_class_wakes_the_robot_and_puts_it_to_sleep(key: str) -> None:
 
 
 @pytest.mark.parametrize("key", EACH_TOY)
-def test_a_class_bears_a_slow_and_chopped_line(key: str) -> None:
+def test_a_class_works_on_a_slow_and_fragmented_line(key: str) -> None:
     robot = _fake(key, latency="800ms", split=1)
     with session(TOYS[key], robot) as (toy, adapter):
         toy.wake()
@@ -638,12 +638,12 @@ def test_a_class_sets_every_led(key: str) -> None:
     assert robot.leds == {led.name.lower().removesuffix("_white"): value for led, value in wanted.items()}
 
 
-def _lamps(key: str, word: str) -> list[str]:
-    """The lamps that a word means to us, by name."""
+def _leds(key: str, word: str) -> list[str]:
+    """The names of the LEDs that a word means in our table."""
     return [group.name for group in known(ROBOTS[key].leds).groups if word in (group.name, *group.aliases)]
 
 
-RVR_LAMPS = pytest.param(
+RVR_LEDS = pytest.param(
     "rvr",
     id="rvr",
     marks=pytest.mark.skipif(
@@ -653,24 +653,24 @@ RVR_LAMPS = pytest.param(
 )
 
 
-@pytest.mark.parametrize("key", ["bolt", RVR_LAMPS, "r2d2", "mini"])
+@pytest.mark.parametrize("key", ["bolt", RVR_LEDS, "r2d2", "mini"])
 def test_what_spherov2_calls_front_is_front(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         ToyUtil.set_front_led(toy, 0x8D, 0xAB, 0xD8)
     colour = {"red": 0x8D, "green": 0xAB, "blue": 0xD8}
-    lit = {f"{lamp}_{name}": value for lamp in _lamps(key, "front") for name, value in colour.items()}
+    lit = {f"{led}_{name}": value for led in _leds(key, "front") for name, value in colour.items()}
     assert {channel: value for channel, value in robot.leds.items() if value} == lit
 
 
-@pytest.mark.parametrize("key", ["bolt", RVR_LAMPS, "r2d2", "mini", "bb9e"])
+@pytest.mark.parametrize("key", ["bolt", RVR_LEDS, "r2d2", "mini", "bb9e"])
 def test_what_spherov2_calls_back_is_back(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         ToyUtil.set_back_led_brightness(toy, 0xAB)
     lit = {channel: value for channel, value in robot.leds.items() if value}
     assert set(lit.values()) == {0xAB}
-    assert {channel.removesuffix("_blue") for channel in lit} == set(_lamps(key, "back"))
+    assert {channel.removesuffix("_blue") for channel in lit} == set(_leds(key, "back"))
 
 
 READS_OF = {"bolt": 28, "rvr": 46, "r2d2": 26, "mini": 20, "bb9e": 21}
@@ -727,7 +727,7 @@ def test_infrared_readings_lie_where_the_table_of_spherov2_has_them(key: str) ->
 
 
 class Seen(NamedTuple):
-    """What a frame of a robot says, whoever has read it."""
+    """The contents of a robot's frame, independent of the decoder."""
 
     answer: bool
     did: int | None

@@ -1,4 +1,4 @@
-"""spherov2 0.12.1 as a V1 peer: its commands decode here, its robots talk to ours, both parse ours alike."""
+"""spherov2 0.12.1 as a V1 peer: its commands, its toy classes and its parser, compared with ours."""
 
 import inspect
 import struct
@@ -67,7 +67,7 @@ OVER_BLE = [pytest.param(key, id=key) for key in ("bb8", "ollie", "sprk-plus")]
 COMMANDS = {"bb8": 33, "ollie": 32, "sprk-plus": 33, "sphero": 31}
 """How many commands each class of spherov2 0.12.1 has."""
 IN_NO_CLASS = {"get_temporary_options": SpheroCommands.get_temporary_options}
-"""Commands that spherov2 can build and has put into none of its classes."""
+"""Commands that spherov2 can build but that are in none of its classes."""
 NEVER_SENT = {"ping": "it gives the packet back and does not send it"}
 """Commands that spherov2 builds and forgets to send."""
 UNBUILDABLE = [
@@ -134,7 +134,7 @@ class Build(NamedTuple):
 
 
 class _Sent(Exception):  # noqa: N818 - it is no error, it ends the call
-    """Ends a command of spherov2 where it would be sent."""
+    """Stops a command of spherov2 before it is sent."""
 
 
 @cache
@@ -155,7 +155,7 @@ def _samples(method: str, parameter: inspect.Parameter) -> tuple[object, ...]:
 
 
 def _arguments(key: str, method: str) -> Iterator[dict[str, object]]:
-    """Give sets of arguments in which every sample of every parameter comes up."""
+    """Return sets of arguments with every sample of every parameter."""
     _, *parameters = inspect.signature(_commands(key)[method]).parameters.values()
     samples = {one.name: _samples(method, one) for one in parameters if one.name != "proc"}
     for at in range(max(map(len, samples.values()), default=1)):
@@ -383,7 +383,7 @@ def test_the_fake_robot_takes_the_commands_of_spherov2(key: str, method: str) ->
         assert [(run.did, run.cid, run.payload) for run in ran] == expected
 
 
-# What comes unasked.
+# Notifications.
 
 
 class Listener(NamedTuple):
@@ -579,7 +579,7 @@ def test_a_class_hears_an_idle_robot_doze_off(key: str) -> None:
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_bears_a_slow_and_chopped_line(key: str) -> None:
+def test_a_class_works_on_a_slow_and_fragmented_line(key: str) -> None:
     with session(TOYS[key], _fake(key, latency="800ms", split=1)) as (toy, adapter):
         info = toy.get_bluetooth_info()
         assert adapter.now == pytest.approx(0.8)
@@ -609,7 +609,7 @@ def test_a_class_loses_its_way_in_a_name_that_fills_its_place(key: str) -> None:
 
 
 @pytest.mark.parametrize("key", OVER_BLE)
-def test_a_class_sets_the_lamps(key: str) -> None:
+def test_a_class_sets_the_leds(key: str) -> None:
     robot = _fake(key)
     with session(TOYS[key], robot) as (toy, _):
         toy.set_main_led(0x8D, 0xFF, 0xFE)
@@ -756,7 +756,7 @@ def test_spherov2_and_the_maker_number_the_charger_otherwise(key: str) -> None:
 
 
 class Streamed(NamedTuple):
-    """A stream as spherov2 and we read it; what spherov2 hands over comes in no order, a thread for each."""
+    """A stream as spherov2 and we decode it; spherov2 delivers in any order, from one thread per packet."""
 
     payloads: list[bytes]
     numbers: list[list[int]]
@@ -866,7 +866,7 @@ def test_the_numbers_of_a_stream_lie_in_our_order(key: str) -> None:
 
 
 class Seen(NamedTuple):
-    """What a frame of a robot says, whoever has read it: the code of an answer, the id of anything else."""
+    """The contents of a robot's frame, independent of the decoder: the code of a response, else the id."""
 
     answer: bool
     code: int

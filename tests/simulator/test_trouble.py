@@ -16,7 +16,7 @@ from tests.support.narrowing import every, only
 ECHO, WAKE, BATTERY, SLEEP = (Command(*pair) for pair in ((0x10, 0), (0x13, 0x0D), (0x13, 0x10), (0x13, 1)))
 PING = Command(0x00, 0x01)
 SET_NAME = {"bolt": Command(0x19, 0x03, b"Rey\0"), "bb8": Command(0x00, 0x10, b"Rey\0")}
-LAMP = {key: led_commands(ROBOTS[key], {"front": (1, 2, 3)})[0] for key in SET_NAME}
+SET_LED = {key: led_commands(ROBOTS[key], {"front": (1, 2, 3)})[0] for key in SET_NAME}
 WARNED, SLEPT, AWAKE = (0x13, 0x19), (0x13, 0x1A), (0x13, 0x11)
 
 
@@ -152,11 +152,11 @@ def test_a_new_connection_knows_nothing_of_half_a_packet() -> None:
 
 def test_a_robot_does_not_change_when_the_line_does() -> None:
     host = Host("bolt")
-    host.ask(LAMP["bolt"], SET_NAME["bolt"])
-    lamps = host.robot.leds
+    host.ask(SET_LED["bolt"], SET_NAME["bolt"])
+    leds = host.robot.leds
     host.robot.connect(now=1.0)
-    assert host.robot.leds == lamps
-    assert set(lamps.values()) == {0, 1, 2, 3}
+    assert host.robot.leds == leds
+    assert set(leds.values()) == {0, 1, 2, 3}
     assert host.robot.name == "Rey"
 
 
@@ -164,7 +164,7 @@ def test_a_robot_does_not_change_when_the_line_does() -> None:
 @pytest.mark.parametrize(("model", "read"), [("bolt", ECHO), ("bb8", PING)])
 def test_a_reboot_is_silence_and_then_a_greeting(model: str, read: Command, trigger: bytes) -> None:
     host = Host(f"{model}?reboot_on=0x00:0x77")
-    host.ask(SET_NAME[model], LAMP[model])
+    host.ask(SET_NAME[model], SET_LED[model])
     assert any(host.robot.leds.values())
     before = list(host.executed)
     assert host.ask(Command(0x00, 0x77, trigger), now=1.0) == []

@@ -198,7 +198,7 @@ def test_another_name() -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_lamps(model: Robot) -> None:
+def test_leds(model: Robot) -> None:
     robot = FakeRobot(Settings(model))
     assert robot.leds == {"main_red": 0, "main_green": 0, "main_blue": 0, "back": 0}
     for command in led_commands(model, {"front": (1, 2, 3), "back": (4, 4, 4)}):

@@ -1,4 +1,4 @@
-"""What the ``cli`` fixture gives, and how to read it."""
+"""The results of the ``cli`` fixture, and helpers to read them."""
 
 import json
 from collections.abc import Callable
@@ -15,5 +15,5 @@ Cli = Callable[..., Ran]
 
 
 def objects(text: str) -> list[dict[str, Any]]:
-    """The JSON objects in a text of one a line."""
+    """The JSON objects in a text with one per line."""
     return [json.loads(line) for line in text.splitlines()]

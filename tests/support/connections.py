@@ -1,4 +1,4 @@
-"""Hear the answer to one command on a connection of any kind."""
+"""Reads the response to one command from any kind of connection."""
 
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Response, Role
@@ -6,7 +6,7 @@ from sphero_probe.transports.base import Connection
 
 
 async def hear(connection: Connection, seq: int) -> Response:
-    """Read until there is an answer with this sequence number; others are passed over."""
+    """Read until there is a response with this sequence number; skip others."""
     decoder = CODECS[connection.generation].decoder(Role.HOST)
     while True:
         for packet in decoder.feed(await connection.transport.read()):

@@ -1,7 +1,7 @@
-"""A BlueZ without Bluetooth: robots come in, a D-Bus address goes out at which unpatched bleak finds them.
+"""A fake BlueZ that needs no Bluetooth: unpatched bleak finds its robots at a D-Bus address.
 
-It is the message bus and bluetoothd in one, served from a thread of its own, so that a test and the processes
-that it starts can use it alike::
+It is a message bus and bluetoothd in one. It runs in its own thread, so that a test and the processes that
+the test starts can both use it::
 
     with FakeBlueZ([Peripheral("BP-1234", "AA:BB:CC:DD:EE:FF", robot=robot)]) as bluez:
         monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", bluez.address)
@@ -63,11 +63,11 @@ __all__ = [
 ]
 
 PATIENCE = 10.0
-"""Seconds that its own thread gets for anything it is asked to do."""
+"""Timeout in seconds for a request to the fake's own thread."""
 
 
 class Call(NamedTuple):
-    """One method call that the fake BlueZ got.
+    """One method call that the fake BlueZ received.
 
     Attributes:
         member: the method, ``StartDiscovery``.
@@ -83,7 +83,7 @@ class Call(NamedTuple):
 
 
 class FakeBlueZ:
-    """The machine's Bluetooth, for as long as the ``with`` block lasts.
+    """The machine's Bluetooth, inside the ``with`` block.
 
     Attributes:
         address: for ``DBUS_SYSTEM_BUS_ADDRESS``.
@@ -130,15 +130,15 @@ class FakeBlueZ:
         self._ask(lambda: self._scans.add(peripheral))
 
     def remove(self, peripheral: Peripheral) -> None:
-        """Take a robot away for good."""
+        """Remove a robot permanently."""
         self._ask(lambda: self._links.remove(peripheral))
 
     def drop(self, peripheral: Peripheral) -> None:
-        """Let the link to a robot fall."""
+        """Drop the link to a robot."""
         self._ask(lambda: self._links.drop(peripheral))
 
     def hold(self, peripheral: Peripheral) -> None:
-        """Let another program of this machine connect to a robot, by the first adapter, and keep it."""
+        """Make another program on this machine connect to a robot, by the first adapter, and keep it."""
         self._ask(lambda: self._links.hold(self._links.of(peripheral)[0]))
 
     def power(self, *, on: bool, adapter: str = "hci0") -> None:
@@ -154,7 +154,7 @@ class FakeBlueZ:
         return [call for call in self.log if call.member == member]
 
     def _ask(self, action: Callable[[], object]) -> None:
-        """Do something in the bus's own thread, and wait until it is done."""
+        """Run a function in the bus's own thread, and wait for it."""
 
         async def act() -> None:
             action()
@@ -162,7 +162,7 @@ class FakeBlueZ:
         asyncio.run_coroutine_threadsafe(act(), self._loop).result(PATIENCE)
 
     def _complain(self) -> None:
-        """Raise what went wrong inside: a fake that stumbles must not pass for a robot that is silent."""
+        """Raise errors from inside the fake, so that they are not mistaken for a silent robot."""
         if self._problems:
             raise ExceptionGroup("the fake BlueZ stumbled", self._problems)
 

@@ -1,4 +1,4 @@
-"""What the fake BlueZ hears: robots and GATT tables come in, written bytes and notifications go out."""
+"""The robots around the fake BlueZ: their GATT tables, faults, writes and notifications."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ V2_GATE = "00020005-574f-4f20-5370-6865726f2121"
 
 DEFAULT_MTU = 23
 ATT_HEADER = 3
-"""Bytes of the MTU that a write or a notification does not carry."""
+"""Bytes of the MTU that are not payload of a write or a notification."""
 
 
 def _v1(short: str) -> str:
@@ -29,10 +29,10 @@ V1_WAKE = _v1("2bbf")
 
 
 class Robot(Protocol):
-    """Whatever sits behind the radio; times are seconds of one steady clock."""
+    """Anything behind the radio; times are seconds of one monotonic clock."""
 
     def hear(self, data: bytes, *, now: float) -> None:
-        """Take what one write carried."""
+        """Receive the bytes of one write."""
         ...
 
     def speak(self, *, now: float) -> list[bytes]:
@@ -40,7 +40,7 @@ class Robot(Protocol):
         ...
 
     def next_time(self) -> float | None:
-        """Return when there will be something to say, None if never."""
+        """Return when the next notification is due, None if never."""
         ...
 
 
@@ -50,7 +50,7 @@ class Characteristic(NamedTuple):
     Attributes:
         uuid: lower case, 128 bits.
         flags: as BlueZ spells them: ``read``, ``write``, ``write-without-response``, ``notify``.
-        value: what reading it gives.
+        value: the value that a read returns.
     """
 
     uuid: str
@@ -71,16 +71,16 @@ class Service(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """A GATT table and what its characteristics are for.
+    """A GATT table and the roles of its characteristics.
 
     Attributes:
         services: in the order of their handles.
         hears: the characteristic whose writes reach the robot.
         speaks: the characteristic that the robot notifies on.
-        phrases: what has to be written where, in each connection, before the robot hears anything.
-        hidden: services that are not there until the phrases were written once.
-        service_changed: the robot tells the host at once that services appeared; otherwise it takes a new
-            connection to find them.
+        phrases: what must be written where, in each connection, before the robot accepts commands.
+        hidden: services that appear once the phrases have been written.
+        service_changed: the robot announces at once that services appeared; otherwise they are found only in
+            a new connection.
     """
 
     services: tuple[Service, ...]
@@ -97,7 +97,7 @@ def sphero_v2(
     """Return the table of a V2 robot.
 
     Args:
-        gate: it has the anti-DoS service and wants the phrase (BOLT does; BOLT+ and RVR do not).
+        gate: it has the anti-DoS service and needs the phrase (BOLT does; BOLT+ and RVR do not).
         reveals_api_after_handshake: the API service appears after the phrase (R2-D2 may do this).
         service_changed: see ``Profile``.
     """
@@ -133,25 +133,25 @@ def sphero_v1() -> Profile:
 
 @dataclass
 class Faults:
-    """What is wrong with one robot or the air around it; each can be changed while the bus runs.
+    """Faults of one robot or of its radio link; each can be changed while the bus runs.
 
     Attributes:
-        lose_every: every so many-th notification is lost; 1 loses all, 0 none.
-        double_every: every so many-th notification arrives twice.
+        lose_every: every n-th notification is lost; 1 loses all, 0 none.
+        double_every: every n-th notification arrives twice.
         split: bytes per notification, 0 for as many as the robot sends.
-        connect_errors: what the first attempts to connect fail with, ``le-connection-abort-by-local``…
+        connect_errors: the errors of the first attempts to connect, ``le-connection-abort-by-local``…
         connect_hangs: an attempt to connect never ends.
-        most_connections: so many connections come about, and no more after them; 0 for any number.
-        gone_after_drop: the robot is out of range for good once its link fell, or did not come about.
+        most_connections: the maximum number of connections; 0 for any number.
+        gone_after_drop: the robot is permanently out of range after its link dropped or a connection failed.
         gone_after_scan: the device is forgotten as soon as a scan stops.
-        gone_at_connect: the device is forgotten in the moment somebody connects to it.
-        drops_in_discovery: so many connections fall before the services are known.
+        gone_at_connect: the device is forgotten when a client connects to it.
+        drops_in_discovery: how many connections drop before the services are known.
         never_resolves: the services are never known.
-        drop_at_write: the link falls during this write of each connection, counted from 1; 0 never.
-        drop_when_idle: seconds that an idle link lasts after the services are known, None for ever.
-        write_error: ATT error code that every write with response gets, None for success.
+        drop_at_write: the link drops during this write of each connection, counted from 1; 0 never.
+        drop_when_idle: seconds that an idle link lasts after the services are known; None: it never drops.
+        write_error: ATT error code of every write with response, None for success.
         missing: services and characteristics that the table lacks.
-        asleep: it is not on the air; BlueZ remembers it from earlier, and tells of it while others scan.
+        asleep: it does not advertise; BlueZ remembers it, and reports it during scans.
     """
 
     lose_every: int = 0
@@ -184,12 +184,12 @@ CHILD_EXITED = (
 
 @dataclass
 class BusFaults:
-    """What is wrong with the machine; each can be changed while the bus runs.
+    """Faults of the machine; each can be changed while the bus runs.
 
     Attributes:
-        absent: nobody owns ``org.bluez``.
-        rejects_authentication: the bus lets nobody in.
-        mute: the bus accepts connections and never says a word.
+        absent: no process owns ``org.bluez``.
+        rejects_authentication: the bus rejects every client.
+        mute: the bus accepts connections and never sends anything.
         errors: calls to BlueZ that fail, by method name, ``*`` for all: (error name, text).
         unanswered: calls to BlueZ that get no reply, by method name, ``*`` for all.
         hangs_up_at: the call to BlueZ, by method name, at which the bus closes every connection, once.
@@ -205,7 +205,7 @@ class BusFaults:
 
 @dataclass
 class Counts:
-    """How often something happened to a peripheral, which is what faults are counted by."""
+    """Counters of a peripheral, which faults refer to."""
 
     connects: int = 0
     connected: int = 0
@@ -215,19 +215,19 @@ class Counts:
 
 @dataclass(eq=False)
 class Peripheral:
-    """One robot as the radio meets it.
+    """One robot with a radio.
 
     Attributes:
-        name: as advertised; bytes may be no UTF-8; None advertises no name.
+        name: as advertised; bytes may be invalid UTF-8; None advertises no name.
         address: ``AA:BB:CC:DD:EE:FF``.
-        robot: who hears and speaks, None for a dead end.
+        robot: the robot behind the radio, or None.
         services: its table.
         rssi: in dBm.
         uuids: the services that it advertises.
         mtu: of its connections, in bytes; 247 is what BOLT and RVR agree to.
-        faults: what is wrong.
+        faults: its faults.
         written: everything that reached it, in order: (characteristic, bytes).
-        counts: see ``Counts``; ``writes`` starts anew with each connection.
+        counts: see ``Counts``; ``writes`` restarts with each connection.
         unlocked: the phrases written in this connection.
         revealed: the phrases were all written once.
     """
@@ -256,18 +256,18 @@ class Peripheral:
         return text.strip(" \t\n\v\f\r") or None
 
     def shows(self, uuid: str) -> bool:
-        """Tell whether a service or characteristic can be found at this moment."""
+        """Whether a service or characteristic can be found now."""
         hidden = uuid in self.services.hidden and not self.revealed
         return not hidden and uuid not in self.faults.missing
 
     def start_connection(self) -> None:
-        """Forget what belonged to the last connection."""
+        """Reset the state of the last connection."""
         self.unlocked.clear()
         self.counts.writes = 0
         self.counts.connected += 1
 
     def receive(self, uuid: str, data: bytes, *, now: float) -> bool:
-        """Take a write; tell whether hidden services come to light through it."""
+        """Receive a write; return whether it makes hidden services appear."""
         self.written.append((uuid, data))
         phrases = self.services.phrases
         if phrases.get(uuid) == data:
@@ -279,7 +279,7 @@ class Peripheral:
         return came_to_light
 
     def notifications(self, *, now: float) -> Iterator[bytes]:
-        """Return the values that arrive at the host by now, faults applied."""
+        """Return the values that have arrived at the host by now, with faults applied."""
         if self.robot is None:
             return
         faults, size = self.faults, self.mtu - ATT_HEADER

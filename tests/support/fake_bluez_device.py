@@ -1,4 +1,4 @@
-"""How BlueZ shows a robot: a peripheral comes in, D-Bus objects with their properties go out."""
+"""The D-Bus objects and properties by which BlueZ shows a robot."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -44,7 +44,7 @@ class Adapter(NamedTuple):
         return f"{ROOT}/{self.name}"
 
     def properties(self) -> Properties:
-        """Return what BlueZ shows of it."""
+        """Return its properties in BlueZ."""
         return {
             "Address": Variant("s", self.address),
             "AddressType": Variant("s", "public"),
@@ -66,11 +66,11 @@ class Device:
     Attributes:
         path: of its object.
         adapter: the path of the adapter.
-        peripheral: who it is.
-        connected: the link stands.
+        peripheral: the robot.
+        connected: whether there is a link.
         subscribers: characteristic path -> the D-Bus clients that want its notifications.
         connecting: a call of Connect that waits for its reply.
-        timers: what happens later to this connection: the robot's next word, the fall of the link.
+        timers: later events of this connection: the robot's next notification, the drop of the link.
         characteristics: every characteristic by its path, hidden and missing ones too.
         speaks: the path of the characteristic that the robot notifies on, empty where it has none.
     """
@@ -89,7 +89,7 @@ class Device:
         self.speaks = next((path for path, one in self.characteristics.items() if one.uuid == speaker), "")
 
     def properties(self) -> Properties:
-        """Return what BlueZ shows of a device it has just heard."""
+        """Return the properties of a device that BlueZ has just discovered."""
         alias = self.peripheral.alias()
         address = self.peripheral.address.upper()
         shown = {
@@ -110,7 +110,7 @@ class Device:
         return shown | ({"Name": Variant("s", alias)} if alias else {})
 
     def all_uuids(self) -> list[str]:
-        """Return the services that it advertises and those found on it."""
+        """Return the services that it advertises and those that were discovered."""
         found = [one.uuid for one in self.peripheral.services.services if self.peripheral.shows(one.uuid)]
         return list(dict.fromkeys([*self.peripheral.uuids, *found]))
 
@@ -168,7 +168,7 @@ class Device:
 
 
 def att_error(code: int) -> BlueZError:
-    """Return what BlueZ makes of an ATT error code."""
+    """Return the BlueZ error for an ATT error code."""
     match code:
         case 0x02:
             return BlueZError("NotPermitted", "Read not permitted")

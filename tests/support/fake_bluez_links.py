@@ -1,6 +1,6 @@
-"""The connections of the fake BlueZ: calls on devices and characteristics come in, robots hear and are heard.
+"""The connections of the fake BlueZ: implements the methods of devices and characteristics.
 
-Where a detail matters to a client it follows bluetoothd 5.8x: services stay known after a disconnection, a
+Details that matter to a client follow bluetoothd 5.8x: services stay known after a disconnection, a
 D-Bus client that subscribed and never left is notified again after the next connection, and each subscriber
 costs one signal.
 """
@@ -17,9 +17,9 @@ from tests.support.fake_bluez_wire import Client, unknown_method
 
 ABORTED = "le-connection-abort-by-local"
 DISCOVERY_SECONDS = 0.01
-"""How long a connection lasts that falls during discovery."""
+"""Seconds until a connection that drops during discovery drops."""
 SOON = 0.0005
-"""The shortest wait for a robot, so that one which is due and says nothing does not keep the loop busy."""
+"""The shortest wait for a robot, so that a robot that is due but silent does not keep the loop busy."""
 LONGEST_VALUE = 512
 
 
@@ -28,8 +28,9 @@ class Links:
 
     Attributes:
         objects: what clients see.
-        devices: every peripheral as each adapter would know it, by path, heard already or not.
-        methods: (interface, member) -> who answers; None for a reply that was sent already or comes later.
+        devices: path -> a peripheral as one adapter knows it, discovered or not.
+        methods: (interface, member) -> handler; it returns None if the reply was sent already or is sent
+            later.
     """
 
     def __init__(self, objects: Objects) -> None:
@@ -56,13 +57,13 @@ class Links:
             self._characteristics[path] = device, one
 
     def remove(self, peripheral: Peripheral) -> None:
-        """Take a robot away for good."""
+        """Remove a robot permanently."""
         for device in self.of(peripheral):
             self.forget(device)
             del self.devices[device.path]
 
     def drop(self, peripheral: Peripheral) -> None:
-        """Let every link to a robot fall."""
+        """Drop every link to a robot."""
         for device in self.of(peripheral):
             self.fall(device)
 
@@ -71,13 +72,13 @@ class Links:
         return [device for device in self.devices.values() if device.peripheral is peripheral]
 
     def know(self, device: Device) -> None:
-        """Let BlueZ know a device from earlier, without having heard it now."""
+        """Make BlueZ know a device from an earlier scan."""
         known = device.properties()
         del known["RSSI"]
         self.objects.show(device.path, DEVICE, known)
 
     def hold(self, device: Device) -> None:
-        """Let another program of this machine connect to a robot, and keep it."""
+        """Make another program on this machine connect to a robot, and stay connected."""
         if device.path not in self.objects:
             self.know(device)
         device.connected = True
@@ -86,12 +87,12 @@ class Links:
         self._discover(device)
 
     def forget(self, device: Device) -> None:
-        """Remove a device from BlueZ; it can be heard again."""
+        """Remove a device from BlueZ; it can be discovered again."""
         self.fall(device)
         self.objects.hide(device.path)
 
     def fall(self, device: Device) -> None:
-        """Let a link fall, if it stands."""
+        """Drop a link, if there is one."""
         if device.connected:
             self._go_down(device)
             self._tell_connected(device, up=False)
@@ -99,7 +100,7 @@ class Links:
                 self.objects.hide(device.path)
 
     def gone(self, client: Client) -> None:
-        """End what a D-Bus client that left waited for; its links stay up, as they do in BlueZ."""
+        """End the pending calls of a D-Bus client that left; its links stay up, as they do in BlueZ."""
         for device in self.devices.values():
             for path in list(device.subscribers):
                 self._unsubscribe(device, path, client)
@@ -153,7 +154,7 @@ class Links:
             self._listen(device)
 
     def _show_services(self, device: Device) -> None:
-        """Bring the objects below a device in line with its table."""
+        """Update the objects below a device to match its table."""
         table = {path: (interface, shown) for path, interface, shown in device.table()}
         for path in [one for one in self.objects.tree if one.startswith(f"{device.path}/service")]:
             if path not in table and path in self.objects:
@@ -267,7 +268,7 @@ class Links:
     # The robot's side
 
     def _listen(self, device: Device) -> None:
-        """Pass on what the robot has to say by now, and come back when it will say more."""
+        """Deliver the robot's notifications that are due, and schedule the next call."""
         robot = device.peripheral.robot
         if robot is None or not device.connected:
             return

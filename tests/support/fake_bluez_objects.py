@@ -1,4 +1,4 @@
-"""The objects that BlueZ shows on the bus: changes come in, the tree is kept and its signals go out."""
+"""The tree of D-Bus objects of the fake BlueZ; a change of the tree sends its signals."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ class BlueZError(CallError):
 
 
 def returns(call: Message, signature: str = "", *body: Any) -> Message:
-    """Return the reply to a call that went well."""
+    """Return the reply to a successful call."""
     return Message.new_method_return(call, signature, list(body))
 
 
@@ -46,7 +46,7 @@ class Objects:
     def change(
         self, path: str, interface: str, changed: Properties, invalidated: tuple[str, ...] = ()
     ) -> None:
-        """Set and take away properties, and tell; an object that is not there stays away."""
+        """Set and remove properties, and send the signal; an object that does not exist is not created."""
         if path not in self.tree:
             return
         shown = self.tree[path][interface]
@@ -57,20 +57,20 @@ class Objects:
         self.bus.spread(Message.new_signal(path, PROPERTIES, "PropertiesChanged", "sa{sv}as", body))
 
     def show(self, path: str, interface: str, properties: Properties) -> None:
-        """Add an object, and tell."""
+        """Add an object, and send the signal."""
         self.tree[path] = {interface: properties}
         body = [path, {interface: properties}]
         self.bus.spread(Message.new_signal("/", OBJECTS, "InterfacesAdded", "oa{sa{sv}}", body))
 
     def hide(self, path: str) -> None:
-        """Take away an object and all below it, the deepest first, and tell."""
+        """Remove an object and all below it, the deepest first, and send the signals."""
         below = [one for one in self.tree if one == path or one.startswith(f"{path}/")]
         for one in sorted(below, reverse=True):
             body = [one, list(self.tree.pop(one))]
             self.bus.spread(Message.new_signal("/", OBJECTS, "InterfacesRemoved", "oas", body))
 
     def answer(self, call: Message) -> Message | None:
-        """Answer a call of ObjectManager or Properties; None for any other.
+        """Reply to a call of ObjectManager or Properties; return None for any other.
 
         Raises:
             CallError: there is no such object, interface, property or method.
@@ -98,5 +98,5 @@ class Objects:
                 raise unknown_method(call)
 
     def reply(self, client: Client, call: Message) -> None:
-        """Say right now that a call went well, before what follows from it."""
+        """Reply at once that a call succeeded, before its effects."""
         self.bus.reply(client, call, returns(call))

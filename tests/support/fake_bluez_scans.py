@@ -1,4 +1,4 @@
-"""The adapters of the fake BlueZ: calls that start and stop scans come in, what is heard goes out."""
+"""The adapters of the fake BlueZ and their scans."""
 
 import asyncio
 from collections.abc import Callable, Iterable
@@ -12,14 +12,14 @@ from tests.support.fake_bluez_objects import BlueZError, Objects, returns
 from tests.support.fake_bluez_wire import Client
 
 ADVERTISING_SECONDS = 0.02
-"""Between two advertisements of a robot; real ones take longer, tests would wait for it."""
+"""Seconds between two advertisements of a robot; real intervals are longer, and would slow the tests."""
 
 
 class Scans:
-    """Every adapter and who scans with it.
+    """Every adapter and the clients that scan with it.
 
     Attributes:
-        methods: (interface, member) -> who answers.
+        methods: (interface, member) -> handler.
     """
 
     def __init__(self, objects: Objects, links: Links, adapters: Iterable[Adapter]) -> None:
@@ -62,7 +62,7 @@ class Scans:
                 self._end(adapter)
 
     def check_power(self, adapter: str) -> None:
-        """Refuse what needs a radio.
+        """Raise an error if the radio is off.
 
         Raises:
             BlueZError: the adapter is off.
@@ -103,7 +103,7 @@ class Scans:
         return returns(call)
 
     def _advertise(self, adapter: str) -> None:
-        """Let the scanners hear every robot that is not connected, again and again."""
+        """Advertise every robot that is not connected, repeatedly."""
         filters = [self._wanted.get((adapter, client), frozenset()) for client in self._scanners[adapter]]
         for device in self._links.devices.values():
             peripheral = device.peripheral
@@ -124,14 +124,14 @@ class Scans:
         self._rounds[adapter] = loop.call_later(ADVERTISING_SECONDS, self._advertise, adapter)
 
     def _remember(self, device: Device) -> None:
-        """Let BlueZ tell of a device that it does not hear, which it does when any property changes."""
+        """Make BlueZ report a device that does not advertise, as it does when a property changes."""
         if device.path in self._objects:
             self._objects.change(device.path, DEVICE, {"Trusted": Variant("b", False)})
         else:
             self._links.know(device)
 
     def _end(self, adapter: str) -> None:
-        """Silence the robots once nobody scans any more."""
+        """Stop advertising once no client scans any more."""
         if self._scanners[adapter]:
             return
         self._rest(adapter)

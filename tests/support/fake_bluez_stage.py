@@ -1,4 +1,4 @@
-"""The tool against the fake BlueZ: robots and arguments come in, how it ended and what was executed out."""
+"""Runs the tool against the fake BlueZ, and checks how it ended and what the robots executed."""
 
 import json
 import signal
@@ -16,9 +16,9 @@ from tests.support.fake_bluez import Adapter, BusFaults, FakeBlueZ, Faults, Peri
 
 ADDRESS = "AA:BB:CC:DD:EE:01"
 PATIENCE = 20
-"""Seconds that one run of the tool may take; far more than any needs."""
+"""Timeout in seconds for one run of the tool; far more than any needs."""
 AGAIN = 2
-"""Seconds after which a run that does not end when it is told to is told again."""
+"""Seconds after which a run that does not end is signalled again."""
 
 
 class Stage:
@@ -26,7 +26,7 @@ class Stage:
 
     Attributes:
         executed: every command that a robot ran.
-        bluez: of the last run; what was called can still be read.
+        bluez: of the last run; its log can still be read.
     """
 
     def __init__(self, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -38,7 +38,7 @@ class Stage:
     def robot(
         self, settings: str = "bolt-plus", address: str = ADDRESS, *, mtu: int = 247, **profile: Any
     ) -> Peripheral:
-        """Put a robot on the air: ``faults`` and what ``sphero_v2`` takes; without a gate unless asked."""
+        """Add a robot; ``faults``, and the arguments of ``sphero_v2``; without a gate by default."""
         robot = FakeRobot(parse_settings(settings), on_execute=self.executed.append)
         faults = profile.pop("faults", Faults())
         services = sphero_v2(**{"gate": False, **profile})
@@ -59,7 +59,7 @@ class Stage:
             *arguments: the command line.
             adapters: of the machine.
             faults: of the machine.
-            meanwhile: done in a thread of its own while the tool runs.
+            meanwhile: runs in its own thread while the tool runs.
         """
         with FakeBlueZ(peripherals, adapters=adapters, faults=faults) as self.bluez, limit(PATIENCE):
             self._monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", self.bluez.address)
@@ -73,7 +73,7 @@ class Stage:
 
 @contextmanager
 def limit(seconds: float) -> Iterator[None]:
-    """Fail the test that takes longer, where the system has alarms."""
+    """Fail a test that takes longer, if the system has alarms."""
     rung = 0
 
     def ring(_number: int, _frame: FrameType | None) -> None:
@@ -96,7 +96,7 @@ def limit(seconds: float) -> Iterator[None]:
 
 
 def said(ran: Ran, text: str, *, code: int, hint: bool = True) -> None:
-    """Check that a run ended with this exit code and one line, which has this text, and one hint."""
+    """Check that a run ended with this exit code, one line with this text, and one hint."""
     told = [line for line in ran.err.splitlines() if not line.startswith("note:")]
     assert ran.code == code, ran.err
     assert "Traceback" not in ran.err
@@ -113,7 +113,7 @@ def rows_of(ran: Ran, kind: str) -> list[dict[str, Any]]:
 
 
 def never_wrong(ran: Ran, peripheral: Peripheral, stage: Stage) -> dict[int, str]:
-    """Check every finding against what the robot has, and that it ran nothing but reads.
+    """Check every finding against the robot's commands, and that the robot executed only reads.
 
     Returns:
         Command id -> outcome.

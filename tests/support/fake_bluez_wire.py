@@ -1,4 +1,4 @@
-"""The bus under the fake BlueZ: bytes of D-Bus clients come in, replies and signals of one service go out."""
+"""The message bus of the fake BlueZ: speaks D-Bus with clients, for one service."""
 
 import asyncio
 import io
@@ -28,7 +28,7 @@ class CallError(Exception):
 
     Attributes:
         name: of the error, ``org.bluez.Error.Failed``.
-        text: what its body says.
+        text: its body.
     """
 
     def __init__(self, name: str, text: str) -> None:
@@ -38,7 +38,7 @@ class CallError(Exception):
 
 
 class MatchRule(NamedTuple):
-    """What one ``AddMatch`` asks for: every condition has to hold."""
+    """The rule of one ``AddMatch``: all conditions must match."""
 
     conditions: tuple[tuple[str, str], ...]
 
@@ -48,7 +48,7 @@ class MatchRule(NamedTuple):
         return cls(tuple(sorted(_RULE_PART.findall(text))))
 
     def fits(self, message: Message, senders: tuple[str, ...]) -> bool:
-        """Tell whether a message is wanted; ``senders`` are all the names of whoever sends it."""
+        """Whether a message matches; ``senders`` are all names of its sender."""
         return all(self._holds(key, value, message, senders) for key, value in self.conditions)
 
     @staticmethod
@@ -74,7 +74,7 @@ class MatchRule(NamedTuple):
 
 
 def to_bytes(message: Message, scheduler: str, serial: int) -> bytes:
-    """Write a message as a bus forwards it: with the sender, which dbus-fast's own writer leaves out."""
+    """Encode a message as a bus forwards it: with the sender, which dbus-fast's own encoder leaves out."""
     body = Marshaller(message.signature, message.body).marshall()
     fields = [
         (HeaderField.PATH, "o", message.path),
@@ -103,11 +103,11 @@ def frame_length(start: bytes | bytearray) -> int:
 
 
 class Client(asyncio.Protocol):
-    """One connection to the bus: first the SASL conversation in lines, then messages.
+    """One connection to the bus: first the SASL authentication in lines, then messages.
 
     Attributes:
         name: its unique name, ``:1.7``.
-        rules: what it asked to hear.
+        rules: the messages that it subscribed to.
     """
 
     def __init__(self, bus: "Bus", number: int) -> None:
@@ -144,7 +144,7 @@ class Client(asyncio.Protocol):
             self._bus.hear(self, message)
 
     def send(self, message: Message, scheduler: str) -> None:
-        """Let the client hear a message."""
+        """Send a message to the client."""
         self._serial += 1
         self._transport.write(to_bytes(message, scheduler, self._serial))
 
@@ -173,12 +173,13 @@ class Client(asyncio.Protocol):
 
 
 class Bus:
-    """The message bus: it answers for itself, hands other calls to its one service, and spreads its signals.
+    """The message bus: replies to its own methods, forwards other calls to its one service, sends its
+    signals.
 
     Attributes:
         clients: every open connection.
-        faults: what is wrong with it.
-        gone: told of every client that leaves.
+        faults: its faults.
+        gone: called for every client that leaves.
     """
 
     def __init__(
@@ -201,7 +202,7 @@ class Bus:
         return Client(self, self._greeted)
 
     def hear(self, client: Client, message: Message) -> None:
-        """Answer a call; whatever else a client sends is nobody's business here."""
+        """Reply to a call; ignore anything else that a client sends."""
         if message.message_type is not MessageType.METHOD_CALL:
             return
         try:
@@ -220,13 +221,13 @@ class Bus:
             self.reply(client, message, reply)
 
     def reply(self, client: Client, call: Message, reply: Message) -> None:
-        """Send an answer, now or later, unless the caller wants none."""
+        """Send a reply, now or later, unless the caller wants none."""
         if not call.flags.value & MessageFlag.NO_REPLY_EXPECTED.value and client in self.clients:
             reply.destination = client.name
             client.send(reply, BUS_NAME if call.destination == BUS_NAME else SERVICE_ADDRESS)
 
     def spread(self, signal: Message) -> None:
-        """Send a signal of the service to everyone whose rules ask for it."""
+        """Send a signal of the service to every client whose rules match."""
         names = (self._service, SERVICE_ADDRESS)
         for client in self.clients:
             if any(rule.fits(signal, names) for rule in client.rules):
@@ -270,7 +271,7 @@ class Bus:
         return Message.new_method_return(call)
 
     def _owners(self) -> dict[str, str]:
-        """Return every name on the bus and who owns it."""
+        """Return every name on the bus and its owner."""
         owners = {client.name: client.name for client in self.clients} | {BUS_NAME: BUS_NAME}
         return owners if self.faults.absent else owners | {self._service: SERVICE_ADDRESS}
 

@@ -1,4 +1,4 @@
-"""Say something to a fake robot of either generation, and get what it says as packets."""
+"""Sends commands to a fake robot of either generation, and returns its packets."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ def fake(text: str, on_execute: Callable[[Executed], None] | None = None) -> Fak
 
 
 def said_by(robot: FakeRobot, now: float) -> list[Said]:
-    """All that a robot says by then, which is whole and undamaged."""
+    """All packets that a robot has sent by then; none may be damaged."""
     said: list[Said] = []
     for packet in CODECS[robot.model.generation].decoder(Role.HOST).feed(b"".join(robot.speak(now=now))):
         assert isinstance(packet, Said), packet
@@ -24,7 +24,7 @@ def said_by(robot: FakeRobot, now: float) -> list[Said]:
 
 
 def tell(robot: FakeRobot, command: Command, *, seq: int = 7, now: float = 0.0, **flags: bool) -> list[Said]:
-    """What a robot says to a command."""
+    """The packets that a robot sends after a command."""
     robot.hear(CODECS[robot.model.generation].encode_command(command, seq, **flags), now=now)
     return said_by(robot, now)
 

@@ -1,4 +1,4 @@
-"""A transport for the tests of the link, with a robot at its end that is a function."""
+"""A transport for the tests of the link; a function plays the robot."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from sphero_probe.protocol.v2 import V2
 from tests.support.narrowing import only
 
 Robot = Callable[[Request], list[tuple[float, bytes]]]
-"""What a robot says to a request, each after some seconds."""
+"""The packets that a robot sends after a request, each with its delay in seconds."""
 
 
 def answer_to(request: Request, payload: bytes = b"") -> bytes:
@@ -23,7 +23,7 @@ def after(delay: float) -> Robot:
 
 
 def never(_: Request) -> list[tuple[float, bytes]]:
-    """A robot that hears and says nothing."""
+    """A robot that never answers."""
     return []
 
 
@@ -33,7 +33,7 @@ def clock() -> float:
 
 
 class Line:
-    """A transport with a robot at its end: a request in, what it says and after how many seconds out.
+    """A transport with a robot: a function that takes a request and returns packets with their delays.
 
     Attributes:
         requests: what was heard, each with its time.
@@ -67,7 +67,7 @@ class Line:
         return said
 
     def say(self, said: bytes | Exception) -> None:
-        """Let the link read this: bytes, ``b""`` for "the robot is gone", or an exception."""
+        """Make the link read this: bytes, ``b""`` for "the connection is lost", or an exception."""
         self.unanswered -= 1
         self._coming.put_nowait(said)
 

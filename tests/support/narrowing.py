@@ -1,4 +1,4 @@
-"""What a test knows of a value and its declared type does not say: asserted, and told to the type checker."""
+"""Narrows types in tests: asserts what a test knows about a value, for the test and the type checker."""
 
 from collections.abc import Iterable
 from typing import TypeVar
@@ -7,20 +7,20 @@ _T = TypeVar("_T")
 
 
 def known(value: _T | None) -> _T:
-    """Give back what is not None here."""
+    """Return a value that must not be None."""
     assert value is not None
     return value
 
 
 def only(kind: type[_T], values: Iterable[object]) -> _T:
-    """Give the single value there is, which is of this kind."""
+    """Return the only value, which must be of this type."""
     (value,) = values
     assert isinstance(value, kind), value
     return value
 
 
 def every(kind: type[_T], values: Iterable[object]) -> list[_T]:
-    """Give all the values, which are all of this kind."""
+    """Return all the values, which must be of this type."""
     found = []
     for value in values:
         assert isinstance(value, kind), value

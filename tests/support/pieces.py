@@ -1,4 +1,4 @@
-"""Streams cut into pieces, and what a decoder makes of them."""
+"""Splits streams into pieces, and decodes them."""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -10,7 +10,7 @@ Sound = Request | Response | Notification
 
 
 def decoded(codec: Codec, pieces: Iterable[bytes], role: Role = Role.HOST) -> list[Packet]:
-    """Everything a fresh decoder makes of these pieces, what it held back at the end included."""
+    """All packets that a new decoder returns for these pieces, including those buffered at the end."""
     decoder = codec.decoder(role)
     packets = [packet for piece in pieces for packet in decoder.feed(piece)]
     packets += decoder.give_up()

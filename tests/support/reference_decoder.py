@@ -1,7 +1,7 @@
-"""A V2 decoder as slow and plain as it can be: the bytes of a stream in, the sound frames in it out.
+"""A slow and simple V2 decoder, to check the project's decoder against.
 
-It knows nothing of the project's own decoder. It walks the stream once, one byte at a time, and is in one of
-three states: outside a frame, inside one, or right behind an escape. What spoils a frame sends it outside.
+It shares no code with the project. It reads the stream once, one byte at a time, and is in one of three
+states: outside a frame, inside one, or after an escape. An error inside a frame puts it outside.
 """
 
 from enum import Enum, auto
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Frame(NamedTuple):
-    """What stands in a sound frame, in the order of the wire; None for what its flags leave out."""
+    """The contents of a valid frame, in the order of the wire; None for fields that its flags leave out."""
 
     flags: int
     extension: int | None
@@ -33,7 +33,7 @@ MEANINGS = {0x05: 0x8D, 0x23: 0xAB, 0x50: 0xD8}
 
 
 def frames_in(stream: bytes, longest: int) -> list[Frame]:
-    """Return the sound frames of a stream.
+    """Return the valid frames of a stream.
 
     Args:
         stream: the bytes.
@@ -73,7 +73,7 @@ def frames_in(stream: bytes, longest: int) -> list[Frame]:
 
 
 def frame_of(content: list[int]) -> Frame | None:
-    """Take the unescaped bytes of a frame apart, FLAGS to CHK; None where they are no frame."""
+    """Parse the unescaped bytes of a frame, FLAGS to CHK; None if they are not a frame."""
     if not content:
         return None
     total = 0

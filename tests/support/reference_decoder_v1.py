@@ -1,7 +1,7 @@
-"""A V1 decoder as slow and plain as it can be: the bytes of a whole stream in, the sound frames in it out.
+"""A slow and simple V1 decoder, to check the project's decoder against.
 
-It knows nothing of the project's own decoder. At each place in turn it asks whether a frame begins there that
-is whole and adds up. If so the search goes on behind that frame, if not one byte further on.
+It shares no code with the project. At each offset it checks whether a complete frame with a valid checksum
+begins there. If so, the search continues after that frame, otherwise one byte later.
 """
 
 from typing import NamedTuple
@@ -10,7 +10,7 @@ COMMAND, RESPONSE, ASYNC = "command", "response", "async"
 
 
 class Frame(NamedTuple):
-    """What stands in a sound frame, and where; the ids are DID CID SEQ, MRSP SEQ, or the id code."""
+    """The contents of a valid frame, and its place; the ids are DID CID SEQ, MRSP SEQ, or the id code."""
 
     kind: str
     sop2: int
@@ -21,12 +21,12 @@ class Frame(NamedTuple):
 
 
 def frames_in(stream: bytes, listener: str, longest: int) -> list[Frame]:
-    """Return the sound frames of a stream.
+    """Return the valid frames of a stream.
 
     Args:
         stream: the bytes.
-        listener: "host", "robot" or "witness".
-        longest: a frame of more bytes counts as none.
+        listener: "host", "robot" or "observer".
+        longest: the maximum length of a frame in bytes.
     """
     found = []
     unanswered: set[int] = set()
@@ -69,8 +69,8 @@ def kinds_heard_by(listener: str) -> list[str]:
 
 
 def is_meant(frame: Frame, listener: str) -> bool:
-    """A witness takes FF FE xx 00 for no command."""
-    return not (listener == "witness" and frame.kind == COMMAND and frame.sop2 == 0xFE and frame.ids[1] == 0)
+    """To an observer, FF FE xx 00 is not a command."""
+    return not (listener == "observer" and frame.kind == COMMAND and frame.sop2 == 0xFE and frame.ids[1] == 0)
 
 
 def frame_at(stream: bytes, place: int, kind: str) -> Frame | None:

@@ -1,4 +1,4 @@
-"""Runs and lists made by hand for the tests of reports: a stranger's text in, findings and rows out."""
+"""Hand-made runs and lists for the tests of reports, with untrusted text in every field."""
 
 import io
 import re
@@ -169,7 +169,7 @@ RUN = run_of(ASKED, [note_row(CALIBRATED)])
 
 
 def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
-    """A stranger's text in every place of every row type where one can stand."""
+    """Untrusted text in every field of every row type that can hold some."""
     raw = text.encode("utf-8", "surrogatepass")[:200]
     heading = HEADING._replace(
         robot=text,

@@ -1,4 +1,4 @@
-"""A fake robot behind spherov2's adapter interface: writes of a toy go in, what the robot says comes out."""
+"""Connects spherov2's toy classes to a fake robot, through spherov2's adapter interface."""
 
 import threading
 from collections import deque
@@ -19,22 +19,22 @@ from sphero_probe.protocol.packets import Role
 from sphero_probe.simulator import FakeRobot
 
 _PATIENCE = 10.0
-"""Seconds of the real clock after which a thread counts as lost; a good run never waits that long."""
+"""Real seconds after which a thread counts as stuck; a good run never waits that long."""
 _FORESIGHT = 60.0
-"""Seconds of the fake clock that pass at most by themselves after a write; V1 robots doze off after 600."""
+"""Most virtual seconds that pass by themselves after a write; V1 robots fall asleep after 600."""
 
 
 class FakeAdapter:
     """spherov2's adapter: ``write``, ``set_callback`` and ``close``; the clock jumps to what happens next.
 
     The toy writes from its own thread. Everything else runs in the thread that waits for an answer: an answer
-    can therefore not come before somebody waits for it, which spherov2 would lose.
+    therefore never arrives before a thread waits for it; spherov2 would lose it.
 
     Attributes:
-        robot: what is connected; ``address`` stands for it as a scan result does.
-        now: seconds of the fake clock.
-        greetings: (characteristic, data) of every write that went elsewhere than to the API.
-        heard: what the toy was handed over, piece by piece.
+        robot: the connected robot; ``address`` takes the place of a scan result.
+        now: virtual time in seconds.
+        greetings: (characteristic, data) of every write to a characteristic other than the API.
+        heard: the pieces of data that the toy received.
         closed: ``close`` was called.
     """
 
@@ -55,7 +55,7 @@ class FakeAdapter:
         self._frames = 0
 
     def write(self, uuid: str, data: bytes) -> None:
-        """Take one write of the toy, from any thread; to wake a V1 robot, from the one that waits.
+        """Receive one write of the toy, from any thread; a write that wakes a V1 robot, from the waiting one.
 
         Raises:
             LookupError: the robot has no such characteristic.
@@ -70,7 +70,7 @@ class FakeAdapter:
                 self.robot.wake(now=self.now)
 
     def set_callback(self, uuid: str, callback: Callable[[str, bytearray], None]) -> None:
-        """Hand over from now on what a characteristic notifies."""
+        """Deliver the notifications of a characteristic from now on."""
         self._callbacks[uuid] = callback
 
     def close(self) -> None:
@@ -78,7 +78,7 @@ class FakeAdapter:
         self.closed = True
 
     def run_until(self, done: Callable[[], bool], timeout: float | None) -> None:
-        """Let both talk until something is done, or the robot has heard a command and stays silent.
+        """Run both sides until a condition holds, or the robot has received a command and stays silent.
 
         The toy has ``timeout`` seconds of the real clock to write.
         """
@@ -94,18 +94,18 @@ class FakeAdapter:
                 return
 
     def settle(self) -> None:
-        """Let everything arrive that is under way."""
+        """Deliver everything that is in flight."""
         while self._advance():
             pass
 
     def idle(self, seconds: float) -> None:
-        """Let time pass and everything arrive that comes meanwhile."""
+        """Let time pass, and deliver everything that is due."""
         self._until = self.now + seconds
         self.settle()
         self.now = self._until
 
     def _advance(self) -> bool:
-        """Do the next thing that needs no waiting for the toy; False when there is none."""
+        """Do the next step that need not wait for the toy; return False if there is none."""
         if not self._written.empty():
             self._hear(self._written.get())
         elif self._arrived:
@@ -120,7 +120,7 @@ class FakeAdapter:
         return True
 
     def _hear(self, data: bytes) -> None:
-        """Let the robot hear a write.
+        """Pass a write to the robot.
 
         Raises:
             ConnectionError: the robot wants a handshake first.
@@ -146,7 +146,7 @@ def session(toy_class: type[Toy], robot: FakeRobot) -> Iterator[tuple[Any, FakeA
         return adapters[-1]
 
     class Future(futures.Future[Any]):
-        """What a toy waits on: its waiting is what makes the fake robot's time pass."""
+        """An event that a toy waits for; waiting makes the fake robot's time pass."""
 
         def result(self, timeout: float | None = None) -> Any:
             adapters[-1].run_until(self.done, timeout)

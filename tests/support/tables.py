@@ -1,4 +1,4 @@
-"""A long table as a few tests: rows in, a test for each part of them out, whose failures name their rows."""
+"""Runs a long table of cases as a few tests; a failure names its rows."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 _ROWS = 64
-"""Rows of one test: one at a time, what surrounds a test costs more than most rows do."""
+"""Rows per test; one test per row would cost more than most rows do."""
 
 
 def rows(
@@ -14,7 +14,7 @@ def rows(
 ) -> Callable[[Callable[..., None]], Callable[[int], None]]:
     """Call a test with every row, as ``pytest.mark.parametrize`` does, but many rows in one test.
 
-    Every row is tried, whatever befalls the others. The test takes the values of a row and no fixtures.
+    Every row is tried, even if others fail. The test takes the values of a row and no fixtures.
 
     Args:
         table: ``pytest.param`` each, or the bare values.

@@ -1,4 +1,4 @@
-"""Tests on a virtual clock: a coroutine in, its result out, and nothing left behind."""
+"""Runs a coroutine on a virtual clock for a test, and checks that it leaves no tasks behind."""
 
 import asyncio
 import gc
@@ -14,8 +14,8 @@ def run(coroutine: Coroutine[Any, Any, T]) -> T:
     """Run a coroutine on a virtual clock and return its result.
 
     Raises:
-        RuntimeError: it waits for what can never happen.
-        AssertionError: it left tasks behind, or errors that nobody looked at.
+        RuntimeError: it waits for something that can never happen.
+        AssertionError: it left tasks behind, or errors that were never retrieved.
     """
     unseen: list[dict[str, Any]] = []
 

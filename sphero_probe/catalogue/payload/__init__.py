@@ -1,1 +1,1 @@
-"""Payloads: layouts in one line of text, fields, and the names of their values."""
+"""The formats of payloads: layouts, their fields, and the names of values."""

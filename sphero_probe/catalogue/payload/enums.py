@@ -1,4 +1,4 @@
-"""The names of values in payloads: numbers or sets of bits come in, words come out, and the reverse."""
+"""The named values in payloads: converts numbers and sets of flags to names, and back."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ class ValueNames(NamedTuple):
         return [*listed, unnamed] if unnamed else listed
 
     def number(self, words: object) -> int:
-        """Turn what ``words`` gives (or a plain number) back into the number.
+        """Return the number of a result of ``words``; a plain number stays as it is.
 
         Raises:
             ValueError: a name is not listed.

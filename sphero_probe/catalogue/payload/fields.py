@@ -1,4 +1,4 @@
-"""One field of a payload: a word such as ``heading:u16[deg]`` comes in, what its bytes mean comes out."""
+"""One field of a payload, described by text such as ``heading:u16[deg]``: parse, read and write it."""
 
 import re
 import struct
@@ -23,7 +23,7 @@ _NUMBERS = {
     "const": struct.Struct(">B"),
 }
 UINT_WIDTHS = (1, 2, 4, 8)
-"""The lengths in bytes that a ``uint`` is written in."""
+"""The lengths in bytes that a ``uint`` can be written in."""
 _FIELD = (
     r"(?P<name>[a-z][a-z0-9_]*):(?P<type>[a-z]+[0-9]*)"
     r"(?:=(?P<const>0x[0-9a-f]{1,2}|[0-9]+))?"
@@ -41,7 +41,7 @@ class Field(NamedTuple):
     Attributes:
         name: unique within its layout.
         type: ``u8``, ``cstring``, …
-        scale: the number on the wire is the value times this; exact, as 2.55 has no exact float.
+        scale: the number on the wire is the value times this; exact, because 2.55 has no exact float.
         values: the names of its values in ``enums.VALUE_NAMES``, empty where it has none.
         unit: of the value, empty where it has none.
         count: how often it repeats, or the bytes of ``bytes`` and ``cstring``; None: once, or to the end.
@@ -83,11 +83,11 @@ def parse_field(word: str) -> Field:
     """Read one word of a layout.
 
     Raises:
-        ValueError: it does not follow the grammar, or makes no sense.
+        ValueError: it does not follow the grammar, or contradicts itself.
     """
     found = re.fullmatch(_FIELD, word)
     if found is None:
-        raise ValueError(f"{word!r} is no layout field")
+        raise ValueError(f"{word!r} is not a layout field")
     kind, repeat, count = found["type"], found["repeat"], found["count"]
     blob = kind in ("bytes", "cstring")
     const = None if found["const"] is None else int(found["const"], 0)
@@ -102,7 +102,7 @@ def parse_field(word: str) -> Field:
         and not (found["values"] and (found["values"] not in VALUE_NAMES or found["scale"] or kind == "f32"))
     )
     if not sensible:
-        raise ValueError(f"{word!r} is no sensible layout field")
+        raise ValueError(f"{word!r} is not a valid layout field")
     return Field(
         name=found["name"],
         type=kind,
@@ -123,7 +123,7 @@ def _scale(text: str) -> int | Fraction:
 
 
 def take(field: Field, payload: bytes, at: int) -> tuple[object, int, str]:
-    """Read one field whose bytes are there: its value, the offset behind it, what is odd about it."""
+    """Read one field from a payload that is long enough; return its value, the offset after it, a problem."""
     if field.type == "bytes":
         end = len(payload) if field.count is None else at + field.count
         return payload[at:end].hex(), end, ""
@@ -149,12 +149,12 @@ def _take_text(field: Field, payload: bytes, at: int) -> tuple[object, int, str]
     if field.count is None:
         end = at + len(text) + len(nul)
     elif behind.strip(b"\0"):
-        problem = f"{field.name} goes on behind its end: {behind.hex()}"
+        problem = f"{field.name} continues after its end: {behind.hex()}"
     return text.decode("utf-8", "backslashreplace"), end, problem
 
 
 def _value(field: Field, raw: Any) -> object:
-    """Give the number of the wire the shape that people and JSON read."""
+    """Convert a number of the wire to the value that people and JSON read."""
     if field.type == "f32":
         return _shortest(raw / field.scale)
     if field.scale != 1:
@@ -167,7 +167,7 @@ def _value(field: Field, raw: Any) -> object:
 
 
 def _shortest(value: float) -> float | str:
-    """Give the shortest decimal that is the same 32-bit float; text where it is not finite."""
+    """Return the shortest decimal that is the same 32-bit float; text where it is not finite."""
     if value != value or value in (float("inf"), float("-inf")):  # noqa: PLR0124  NaN is unequal to itself
         return str(value)
     pack = _NUMBERS["f32"].pack
@@ -180,7 +180,7 @@ def _shortest(value: float) -> float | str:
 
 
 def put(field: Field, value: object) -> bytes:
-    """Write one field, the opposite of ``take``; None stands for zeros, or for nothing where that may be.
+    """Write one field, the opposite of ``take``; None writes zeros, or nothing if the field is optional.
 
     Raises:
         ValueError: the value does not fit.

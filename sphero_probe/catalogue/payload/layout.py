@@ -1,19 +1,19 @@
-"""Payload layouts: what the bytes of a payload mean, written as a line such as ``speed:u8 heading:u16[deg]``.
+"""Payload layouts: the format of a payload, written as a line such as ``speed:u8 heading:u16[deg]``.
 
-The grammar of a field, fields separated by blanks::
+Fields are separated by spaces. The grammar of a field::
 
     name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?]    percentage:u8[%]   frames:u16*   counts:i32*2
     name:const=NUMBER                                            end:const=0
 
 ``TYPE`` is one of ``u8 u16 u32 u64 i8 i16 i32 f32 bool bytes cstring uint``. Numbers of several bytes are
 big-endian [vendor]. ``bytes`` and ``cstring`` run to the end unless a count gives their width; a ``cstring``
-also ends at its first NUL. ``uint`` is one unsigned number over all bytes that are left, eight at most. ``*``
-without a count repeats to the end. ``?`` marks a field that may be left out. What runs to the end or may be
-left out must be the last field. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``.
+also ends at its first NUL. ``uint`` is one unsigned number over all remaining bytes, eight at most. ``*``
+without a count repeats to the end. ``?`` marks an optional field. A field that runs to the end or is optional
+must be the last one. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``.
 
-Where robots or firmwares write the same payload in several lengths, the layout holds one variant per length,
-separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by the first variant that its length fits,
-and by none where it fits none.
+Where robots or firmware versions use several lengths of the same payload, the layout has one variant per
+length, separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by the first variant that matches
+its length, or not at all.
 """
 
 from functools import cached_property
@@ -25,13 +25,13 @@ __all__ = ["Decoded", "Field", "Layout"]
 
 
 class Decoded(NamedTuple):
-    """A payload taken apart.
+    """A decoded payload.
 
     Attributes:
-        fields: field name -> value; only JSON-able values. Empty where the length fits no layout.
-        units: field name -> unit, for the fields that were there and have one.
-        rest: the bytes that fit no field: all of them where the length fits no layout.
-        problem: what does not fit the layout, empty when all is well.
+        fields: field name -> value; only JSON-able values. Empty where the length matches no layout.
+        units: field name -> unit, for the fields that are present and have one.
+        rest: the bytes that belong to no field: all of them where the length matches no layout.
+        problem: what does not match the layout, or empty.
     """
 
     fields: dict[str, object]
@@ -41,10 +41,10 @@ class Decoded(NamedTuple):
 
 
 class Layout:
-    """What the bytes of a payload mean. The text is parsed when something is asked of it for the first time.
+    """The format of a payload. The text is parsed on first use.
 
     Attributes:
-        text: the line it was made from.
+        text: the line that describes it.
     """
 
     def __init__(self, text: str) -> None:
@@ -61,7 +61,7 @@ class Layout:
 
     @cached_property
     def variants(self) -> tuple["Layout", ...]:
-        """The layouts of the lengths it comes in; itself where there is only one.
+        """The variants, one per length; the layout itself where there is only one.
 
         Raises:
             ValueError: a variant is empty.
@@ -84,7 +84,7 @@ class Layout:
             return self.variants[0].fields
         fields = tuple(parse_field(word) for word in self.text.split())
         if len({field.name for field in fields}) != len(fields):
-            raise ValueError(f"a field name stands twice in layout {self.text!r}")
+            raise ValueError(f"a field name occurs twice in layout {self.text!r}")
         if any(field.to_end or field.optional for field in fields[:-1]):
             raise ValueError(f"only the last field may run to the end or be left out in layout {self.text!r}")
         return fields
@@ -98,7 +98,7 @@ class Layout:
 
     @cached_property
     def fixed_length(self) -> int | None:
-        """The length in bytes, None when it varies."""
+        """The length in bytes, None if it varies."""
         if self.variants[0] is not self:
             lengths = {variant.fixed_length for variant in self.variants}
             return lengths.pop() if len(lengths) == 1 else None
@@ -106,7 +106,7 @@ class Layout:
         return None if varies else self.minimum_length
 
     def accepts(self, length: int) -> bool:
-        """Tell whether a payload of ``length`` bytes can follow this layout, by any of its variants."""
+        """Whether a payload of ``length`` bytes matches this layout, in any of its variants."""
         if self.variants[0] is not self:
             return any(variant.accepts(length) for variant in self.variants)
         if self.fixed_length is not None:
@@ -120,20 +120,20 @@ class Layout:
         return surplus >= 0 and surplus % last.width == 0
 
     def zeros(self) -> bytes:
-        """Give the shortest payload, all zero but for constants."""
+        """Return the shortest payload: zeros, except for constants."""
         if self.variants[0] is not self:
             return min(self.variants, key=lambda variant: variant.minimum_length).zeros()
         return b"".join(bytes([field.const]) if field.const else bytes(field.least) for field in self.fields)
 
     def decode(self, payload: bytes) -> Decoded:
-        """Take a payload apart; whatever the bytes are, this never raises.
+        """Decode a payload; no bytes make this raise.
 
         Values are ints, floats (``"nan"``, ``"inf"``, ``"-inf"`` where not finite), bools (the number where
         it is neither 0 nor 1), text, lower-case hex for bytes, names in lower case (the number where
         unlisted), lists of names for flags with the unnamed bits as one number at the end, lists of these.
 
-        A payload whose length fits no variant has no fields: where one byte is missing or left over, any
-        field may be another one than it seems.
+        A payload whose length matches no variant has no fields: if one byte is missing or left over, every
+        field may be misread.
         """
         if self.variants[0] is not self:
             fitting = (one for one in self.variants if one.accepts(len(payload)))
@@ -155,12 +155,12 @@ class Layout:
                 values[field.name] = value
                 if field.unit:
                     units[field.name] = field.unit
-        if at < len(payload):  # behind the NUL of a text
+        if at < len(payload):  # after the NUL of a text
             problems.append(f"{_count_bytes(len(payload) - at)} more than the layout has")
         return Decoded(values, units, payload[at:], "; ".join(problems))
 
     def _misfit(self, payload: bytes) -> Decoded:
-        """Return a payload whose length fits no variant, with what is wrong."""
+        """Return a payload whose length matches no variant, with the problem."""
         if len(self.variants) > 1:
             known = " or ".join(str(variant.minimum_length) for variant in self.variants)
             problem = f"{_count_bytes(len(payload))}, the known layouts have {known}"
@@ -169,7 +169,7 @@ class Layout:
         return Decoded({}, {}, payload, problem)
 
     def _missing_or_left(self, length: int) -> str:
-        """Say which field a payload of a wrong length lacks, or how much of it is left over."""
+        """Say which field is missing in a payload of a wrong length, or how many bytes are left over."""
         at = 0
         for field in self.fields:
             if field.size > length - at and not (field.optional and at == length):
@@ -183,10 +183,10 @@ class Layout:
         return f"{_count_bytes(length - at)} more than the layout has"
 
     def encode(self, values: dict[str, object]) -> bytes:
-        """Build a payload of values as ``decode`` gives them; absent fields are zero, empty or left out.
+        """Build a payload from values as ``decode`` returns them; absent fields are zero, empty or left out.
 
-        A ``cstring`` that runs to the end is closed with a NUL, a ``uint`` takes 1, 2, 4 or 8 bytes. Of
-        several variants, the first one that has all the fields is built.
+        A ``cstring`` that runs to the end gets a NUL; a ``uint`` takes 1, 2, 4 or 8 bytes. If there are
+        several variants, the first one that has all the fields is used.
 
         Raises:
             ValueError: a field is unknown, or a value does not fit its field.

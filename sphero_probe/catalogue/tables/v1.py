@@ -1,8 +1,8 @@
-"""The V1 commands of core, bootloader and sphero, and the asynchronous messages, one id a line.
+"""The V1 commands of core, bootloader and sphero, and the asynchronous messages: one id per line.
 
 Sources are ``spherov2``, ``spherojs`` (the maker's JavaScript SDK), ``iossdk`` (the maker's iOS SDK: names and ids only), ``api``
-(the maker's description of the protocol), and ``assumed`` where a robot stands in the row only because its relatives do. Where
-the maker and spherov2 differ, the maker counts.
+(the maker's description of the protocol), and ``assumed`` where a robot is in the row only because related models are. Where the
+maker and spherov2 differ, the row follows the maker.
 """
 
 from sphero_probe.catalogue.model import NO_DEVICE
@@ -11,14 +11,14 @@ from sphero_probe.catalogue.tables.v2 import command, notification
 from sphero_probe.protocol.packets import Generation
 
 _CLASSIC = "sphero sprk"
-"""What connects by classic Bluetooth."""
+"""The robots that connect by classic Bluetooth."""
 _BLE = "sprk-plus ollie bb8"
 _ALL = f"{_CLASSIC} {_BLE}"
-_NAME_ONLY = "known by its name in a header of the maker's iOS SDK only"
+_NAME_ONLY = "known only by its name in a header of the maker's iOS SDK"
 
 _COMMANDS = (
     command(0x00, 0x01, "core.ping", Risk.READ, "", "", _ALL, "spherov2 spherojs"),
-    command(0x00, 0x02, "core.get_versions", Risk.READ, "", "record_version:u8 model:u8 hardware:u8 main_app_major:u8 main_app_minor:u8 bootloader:u8 orbbasic:u8 overlay:u8 api_version:u8*2?", _ALL, "spherov2 spherojs", aliases="version get_versioning", note="bootloader, orbbasic and overlay hold a nibble before and one behind the dot; api_version is major and minor"),
+    command(0x00, 0x02, "core.get_versions", Risk.READ, "", "record_version:u8 model:u8 hardware:u8 main_app_major:u8 main_app_minor:u8 bootloader:u8 orbbasic:u8 overlay:u8 api_version:u8*2?", _ALL, "spherov2 spherojs", aliases="version get_versioning", note="bootloader, orbbasic and overlay: one nibble for the major version, one for the minor; api_version is major and minor"),
     command(0x00, 0x03, "core.control_uart_tx", Risk.MOTION, None, "", _CLASSIC, "spherojs", note="can silence the robot's serial line"),
     command(0x00, 0x10, "core.set_bluetooth_name", Risk.PERSIST, "name:cstring", "", _ALL, "spherov2 spherojs", aliases="set_device_name", note="robots keep 48 bytes at most"),
     command(0x00, 0x11, "core.get_bluetooth_info", Risk.READ, "", "name:cstring*16 address:cstring*12 id_colours:bytes*4?", _ALL, "spherov2 spherojs", aliases="get_bt_info"),
@@ -26,16 +26,16 @@ _COMMANDS = (
     command(0x00, 0x13, "core.get_auto_reconnect", Risk.READ, "", "enable:bool time:u8[s]", _CLASSIC, "spherojs"),
     command(0x00, 0x20, "core.get_power_state", Risk.READ, "", "record_version:u8 state:u8{PowerStates} battery_voltage:u16/100[V] charges:u16 time_since_charge:u16[s]", _ALL, "spherov2 spherojs", aliases="get_pwr_state"),
     command(0x00, 0x21, "core.enable_battery_state_changed_notify", Risk.WRITE, "enable:bool", "", _ALL, "spherov2 spherojs", aliases="set_pwr_notify set_power_notification"),
-    command(0x00, 0x22, "core.sleep", Risk.MOTION, "wake_after:u16[s] macro:u8 orbbasic_line:u16", "", _ALL, "spherov2 spherojs", note="ends the session; wake_after 0 sleeps until somebody wakes it, 65535 asks for deep sleep"),
+    command(0x00, 0x22, "core.sleep", Risk.MOTION, "wake_after:u16[s] macro:u8 orbbasic_line:u16", "", _ALL, "spherov2 spherojs", note="ends the session; wake_after 0 sleeps until it is woken, 65535 enters deep sleep"),
     command(0x00, 0x23, "core.get_voltage_trip_points", Risk.READ, "", "low_trip:u16/100[V] critical_trip:u16/100[V]", _ALL, "spherojs assumed", aliases="get_power_trips"),
     command(0x00, 0x24, "core.set_voltage_trip_points", Risk.BRICK, "low_trip:u16/100[V] critical_trip:u16/100[V]", "", _ALL, "spherojs assumed", aliases="set_power_trips"),
-    command(0x00, 0x25, "core.set_inactivity_timeout", Risk.PERSIST, "timeout:u16[s]", "", _ALL, "spherov2 spherojs", aliases="set_inactive_timer", note="600 s from the factory, 60 s at least"),
+    command(0x00, 0x25, "core.set_inactivity_timeout", Risk.PERSIST, "timeout:u16[s]", "", _ALL, "spherov2 spherojs", aliases="set_inactive_timer", note="factory setting 600 s, minimum 60 s"),
     command(0x00, 0x26, "core.get_charger_state", Risk.READ, "", "state:u8{ChargerContacts}", _ALL, "spherov2", note="spherov2 numbers them out 0, in 1, unknown 2"),
     command(0x00, 0x27, "core.get_factory_config_block_crc", Risk.READ, "", "crc:uint", "sprk-plus bb8", "spherov2"),
-    command(0x00, 0x30, "core.jump_to_bootloader", Risk.BRICK, "", "", _ALL, "spherov2 spherojs", aliases="go_to_bl", note="nothing but the bootloader answers from then on"),
-    command(0x00, 0x40, "core.run_level_one_diagnostics", Risk.WRITE, "", "", _ALL, "spherojs assumed", aliases="run_l1_diags", note="the text comes as asynchronous message 0x02"),
+    command(0x00, 0x30, "core.jump_to_bootloader", Risk.BRICK, "", "", _ALL, "spherov2 spherojs", aliases="go_to_bl", note="afterwards only the bootloader responds"),
+    command(0x00, 0x40, "core.run_level_one_diagnostics", Risk.WRITE, "", "", _ALL, "spherojs assumed", aliases="run_l1_diags", note="the text arrives as asynchronous message 0x02"),
     command(0x00, 0x41, "core.run_level_two_diagnostics", Risk.WRITE, "", "record_version:u16 reserved:bytes*1 rx_good:u32 rx_bad_did:u32 rx_bad_dlen:u32 rx_bad_cid:u32 rx_bad_checksum:u32 rx_buffer_overruns:u32 tx_messages:u32 tx_buffer_overruns:u32 boot_reason:u8 boot_counters:u16*16 reserved2:bytes*2 charges:u16 time_since_charge:u16[s] time_on:u32[s] distance_rolled:u32 sensor_failures:u16 gyro_adjustments:u32", _ALL, "spherojs assumed", aliases="run_l2_diags"),
-    command(0x00, 0x42, "core.clear_counters", Risk.PERSIST, "", "", _ALL, "spherojs assumed", note="refused outside the robot's developer mode"),
+    command(0x00, 0x42, "core.clear_counters", Risk.PERSIST, "", "", _ALL, "spherojs assumed", note="rejected outside the robot's developer mode"),
     command(0x00, 0x50, "core.assign_time", Risk.WRITE, "time:u32[ms]", "", _ALL, "spherojs assumed"),
     command(0x00, 0x51, "core.poll_packet_times", Risk.READ, "client_time:u32[ms]", "client_time:u32[ms] received:u32[ms] answered:u32[ms]", _ALL, "spherojs assumed", aliases="poll_times"),
     command(0x01, 0x02, "bootloader.begin_reflash", Risk.BRICK, "", "", _ALL, "spherov2"),
@@ -50,18 +50,18 @@ _COMMANDS = (
     command(0x02, 0x05, "sphero.get_ball_reg_website", Risk.READ, None, None, _ALL, "spherojs assumed"),
     command(0x02, 0x06, "sphero.re_enable_demo", Risk.PERSIST, None, "", _ALL, "spherojs assumed"),
     command(0x02, 0x07, "sphero.get_chassis_id", Risk.READ, "", "chassis_id:uint", _ALL, "spherov2 spherojs"),
-    command(0x02, 0x08, "sphero.set_chassis_id", Risk.BRICK, "chassis_id:u16", "", _ALL, "spherojs assumed", note="works in the factory only"),
-    command(0x02, 0x09, "sphero.self_level", Risk.MOTION, "options:u8{SelfLevelOptions} angle_limit:u8[deg] timeout:u8[s] true_time:u8", "", _ALL, "spherov2 spherojs", note="the result comes as asynchronous message 0x0B"),
+    command(0x02, 0x08, "sphero.set_chassis_id", Risk.BRICK, "chassis_id:u16", "", _ALL, "spherojs assumed", note="works only in the factory"),
+    command(0x02, 0x09, "sphero.self_level", Risk.MOTION, "options:u8{SelfLevelOptions} angle_limit:u8[deg] timeout:u8[s] true_time:u8", "", _ALL, "spherov2 spherojs", note="the result arrives as asynchronous message 0x0B"),
     command(0x02, 0x0A, "sphero.set_vdl", Risk.WRITE, None, "", _ALL, "spherojs assumed"),
-    command(0x02, 0x11, "sphero.set_data_streaming", Risk.WRITE, "divisor:u16 frames:u16 mask:u32 count:u8 extended_mask:u32?", "", _ALL, "spherov2 spherojs", note="400 Hz through the divisor, so many frames in each asynchronous message 0x03; count 0 does not end; bits 6 and 5 are the right and the left motor in the maker's table, the left and the right one in spherov2"),
+    command(0x02, 0x11, "sphero.set_data_streaming", Risk.WRITE, "divisor:u16 frames:u16 mask:u32 count:u8 extended_mask:u32?", "", _ALL, "spherov2 spherojs", note="400 Hz divided by the divisor, this many frames in each asynchronous message 0x03; count 0 never ends; bits 6 and 5 are the right and the left motor in the maker's table, the left and the right one in spherov2"),
     command(0x02, 0x12, "sphero.configure_collision_detection", Risk.WRITE, "method:u8{CollisionDetectionMethods} x_threshold:u8 x_speed:u8 y_threshold:u8 y_speed:u8 dead_time:u8", "", _ALL, "spherov2 spherojs", aliases="set_collision_detection", note="dead_time in steps of 10 ms; spherov2 calls the second number y_threshold and the third x_speed"),
     command(0x02, 0x13, "sphero.configure_locator", Risk.WRITE, "flags:u8{LocatorFlags} x:i16[cm] y:i16[cm] yaw_tare:u16[deg]", "", _ALL, "spherov2 spherojs", aliases="locator"),
     command(0x02, 0x14, "sphero.set_accelerometer_range", Risk.WRITE, "range:u8{AccelerometerRanges}", "", _ALL, "spherojs assumed", aliases="set_accelerometer"),
     command(0x02, 0x15, "sphero.read_locator", Risk.READ, "", "x:i16[cm] y:i16[cm] velocity_x:i16[cm/s] velocity_y:i16[cm/s] speed:u16[cm/s]", _ALL, "spherojs assumed"),
     command(0x02, 0x16, "sphero.get_temperature", Risk.READ, "", "degrees:u8[°C] tenths:u8", _ALL, "spherov2"),
-    command(0x02, 0x20, "sphero.set_main_led", Risk.WRITE, "red:u8 green:u8 blue:u8 persist:bool?", "", _ALL, "spherov2 spherojs", aliases="set_rgb_led", note="with persist the colour is kept as the user's, past sleep and power cycles"),
+    command(0x02, 0x20, "sphero.set_main_led", Risk.WRITE, "red:u8 green:u8 blue:u8 persist:bool?", "", _ALL, "spherov2 spherojs", aliases="set_rgb_led", note="with persist, the colour is stored as the user's colour and survives sleep and power cycles"),
     command(0x02, 0x21, "sphero.set_back_led_brightness", Risk.WRITE, "brightness:u8", "", _ALL, "spherov2 spherojs", aliases="set_back_led"),
-    command(0x02, 0x22, "sphero.get_main_led", Risk.READ, "", "red:u8 green:u8 blue:u8", _ALL, "spherojs assumed", aliases="get_rgb_led", note="the user's colour that is kept, not the one that is shown"),
+    command(0x02, 0x22, "sphero.get_main_led", Risk.READ, "", "red:u8 green:u8 blue:u8", _ALL, "spherojs assumed", aliases="get_rgb_led", note="the stored user colour, not the one that is shown"),
     command(0x02, 0x30, "sphero.roll", Risk.MOTION, "speed:u8 heading:u16[deg] mode:u8{RollModes} reverse:bool?", "", _ALL, "spherov2 spherojs"),
     command(0x02, 0x31, "sphero.boost", Risk.MOTION, "time:u8/10[s] heading:u16[deg]?", "", _ALL, "spherov2 spherojs", note="the maker's later SDK sends one byte, 1 to start and 0 to stop"),
     command(0x02, 0x32, "sphero.move", Risk.MOTION, None, "", _ALL, "spherojs assumed"),
@@ -72,13 +72,13 @@ _COMMANDS = (
     command(0x02, 0x37, "sphero.set_temporary_options", Risk.WRITE, "options:u32{TemporaryOptions}", "", _ALL, "spherov2 spherojs", aliases="set_temp_option_flags", note="spherov2 names these bits like the persistent ones"),
     command(0x02, 0x38, "sphero.get_temporary_options", Risk.READ, "", "options:u32{TemporaryOptions}", _ALL, "spherov2 spherojs assumed", aliases="get_temp_option_flags"),
     command(0x02, 0x3A, "sphero.get_sku", Risk.READ, "", "sku:bytes", _BLE, "spherov2", note="spherov2 reads the bytes from last to first"),
-    command(0x02, 0x40, "sphero.get_config_block", Risk.READ, "block:u8{ConfigBlocks}", "", _ALL, "spherojs assumed", note="the block comes as asynchronous message 0x04"),
+    command(0x02, 0x40, "sphero.get_config_block", Risk.READ, "block:u8{ConfigBlocks}", "", _ALL, "spherojs assumed", note="the block arrives as asynchronous message 0x04"),
     command(0x02, 0x41, "sphero.set_soul_parameters", Risk.BRICK, "password:u32 block:bytes", "", _CLASSIC, "spherojs", aliases="set_ssb_params set_ssb_mod_block"),
     command(0x02, 0x42, "sphero.set_device_mode", Risk.PERSIST, "mode:u8{DeviceModes}", "", _ALL, "spherojs assumed"),
     command(0x02, 0x43, "sphero.set_config_block", Risk.BRICK, "block:bytes", "", _ALL, "spherojs assumed"),
     command(0x02, 0x44, "sphero.get_device_mode", Risk.READ, "", "mode:u8{DeviceModes}", _ALL, "spherojs assumed"),
     command(0x02, 0x45, "sphero.set_factory_device_mode", Risk.BRICK, None, None, "", "iossdk", note=_NAME_ONLY),
-    command(0x02, 0x46, "sphero.get_soul_block", Risk.READ, "", "", _CLASSIC, "spherojs", aliases="get_ssb", note="the block comes as asynchronous message 0x0D; the maker's description gives 0x43 as the command that asks for it"),
+    command(0x02, 0x46, "sphero.get_soul_block", Risk.READ, "", "", _CLASSIC, "spherojs", aliases="get_ssb", note="the block arrives as asynchronous message 0x0D; the maker's description gives 0x43 as the command that asks for it"),
     command(0x02, 0x47, "sphero.set_soul_block", Risk.BRICK, "password:u32 block:bytes*1024", "", _CLASSIC, "spherojs", aliases="set_ssb"),
     command(0x02, 0x48, "sphero.refill_bank", Risk.BRICK, "bank:u8{SoulBanks}", "cores:u32", _CLASSIC, "spherojs", aliases="ssb_refill"),
     command(0x02, 0x49, "sphero.buy_consumable", Risk.BRICK, "consumable:u8 quantity:u8", "quantity:u8 cores:u32", _CLASSIC, "spherojs", aliases="ssb_buy"),
@@ -92,14 +92,14 @@ _COMMANDS = (
     command(0x02, 0x51, "sphero.save_temporary_macro", Risk.PERSIST, "macro:bytes", "", _ALL, "spherojs assumed", aliases="save_temp_macro"),
     command(0x02, 0x52, "sphero.save_macro", Risk.PERSIST, "macro:bytes", "", _ALL, "spherojs assumed"),
     command(0x02, 0x54, "sphero.init_macro_executive", Risk.MOTION, "", "", _ALL, "spherojs assumed"),
-    command(0x02, 0x55, "sphero.abort_macro", Risk.MOTION, "", "macro:u8 command_number:u16", _ALL, "spherojs assumed", note="judged by its name: it interrupts what the robot does"),
+    command(0x02, 0x55, "sphero.abort_macro", Risk.MOTION, "", "macro:u8 command_number:u16", _ALL, "spherojs assumed", note="risk judged by the name: it interrupts what the robot does"),
     command(0x02, 0x56, "sphero.get_macro_status", Risk.READ, "", "macro:u8 command_number:u16", _ALL, "spherojs assumed", aliases="macro_status"),
     command(0x02, 0x57, "sphero.set_macro_parameter", Risk.PERSIST, "parameter:u8 value:u8 value2:u8", "", _ALL, "spherojs assumed", aliases="set_macro_param"),
     command(0x02, 0x58, "sphero.append_temporary_macro", Risk.PERSIST, "chunk:bytes", "", _ALL, "spherojs assumed", aliases="append_temp_macro_chunk append_macro_chunk"),
     command(0x02, 0x60, "sphero.erase_orbbasic_storage", Risk.BRICK, "area:u8{ProgramAreas}", "", _ALL, "spherojs assumed", aliases="erase_ob_storage"),
     command(0x02, 0x61, "sphero.append_orbbasic_fragment", Risk.BRICK, "area:u8{ProgramAreas} code:bytes", "", _ALL, "spherojs assumed", aliases="append_ob_fragment"),
     command(0x02, 0x62, "sphero.run_orbbasic_program", Risk.MOTION, "area:u8{ProgramAreas} line:u16", "", _ALL, "spherojs assumed", aliases="exec_ob_program"),
-    command(0x02, 0x63, "sphero.abort_orbbasic_program", Risk.MOTION, "", "", _ALL, "spherojs assumed", aliases="abort_ob_program", note="judged by its name: it interrupts what the robot does"),
+    command(0x02, 0x63, "sphero.abort_orbbasic_program", Risk.MOTION, "", "", _ALL, "spherojs assumed", aliases="abort_ob_program", note="risk judged by the name: it interrupts what the robot does"),
     command(0x02, 0x64, "sphero.answer_orbbasic_input", Risk.MOTION, "value:i32", "", _ALL, "spherojs assumed", aliases="answer_input"),
     command(0x02, 0x65, "sphero.commit_orbbasic_program", Risk.BRICK, "", "", _ALL, "spherojs assumed", aliases="commit_to_flash"),
     command(0x02, 0x70, "sphero.commit_orbbasic_program_0x70", Risk.BRICK, "", "", _ALL, "spherojs assumed", aliases="commit_to_flash_alias"),
@@ -116,7 +116,7 @@ _MESSAGES = (
     notification(NO_DEVICE, 0x02, "async.level_one_diagnostics_notify", "text:cstring", _ALL, "api spherojs assumed", aliases="level_one_diagnostic_response", enabled_by="core.run_level_one_diagnostics"),
     notification(NO_DEVICE, 0x03, "async.sensor_streaming_data_notify", "values:i16*", _ALL, "api spherov2 spherojs", note="one number per sensor of the masks that were set, frame after frame", enabled_by="sphero.set_data_streaming"),
     notification(NO_DEVICE, 0x04, "async.config_block_notify", "block:bytes", _ALL, "api spherojs assumed", aliases="config_block_contents", enabled_by="sphero.get_config_block"),
-    notification(NO_DEVICE, 0x05, "async.will_sleep_notify", "", _ALL, "api spherov2 spherojs", aliases="pre_sleep_warning", note="10 s before it sleeps for want of commands"),
+    notification(NO_DEVICE, 0x05, "async.will_sleep_notify", "", _ALL, "api spherov2 spherojs", aliases="pre_sleep_warning", note="sent 10 s before the robot falls asleep without commands"),
     notification(NO_DEVICE, 0x06, "async.macro_marker_notify", "marker:u8 macro:u8 command_number:u16", _ALL, "api spherojs assumed", aliases="macro_markers", enabled_by="sphero.run_macro"),
     notification(NO_DEVICE, 0x07, "async.collision_detected_notify", "acceleration_x:i16/4096[g] acceleration_y:i16/4096[g] acceleration_z:i16/4096[g] axes:u8{CollisionDetectedAxis} power_x:i16 power_y:i16 speed:u8 time:u32[ms]", _ALL, "api spherov2 spherojs", aliases="collision_detected", enabled_by="sphero.configure_collision_detection"),
     notification(NO_DEVICE, 0x08, "async.orbbasic_print_notify", "text:cstring", _ALL, "api spherojs assumed", enabled_by="sphero.run_orbbasic_program"),
@@ -126,9 +126,9 @@ _MESSAGES = (
     notification(NO_DEVICE, 0x0C, "async.gyro_max_notify", "axes:u8{GyroMaxFlags}", _ALL, "api spherov2 spherojs", aliases="gyro_axis_limit_exceeded", enabled_by="sphero.set_persistent_options", since="3.10"),
     notification(NO_DEVICE, 0x0D, "async.soul_block_notify", "block:bytes", _CLASSIC, "api spherojs", aliases="soul_data", note="the maker's description says that 0x02:0x43 asks for it; in the maker's SDKs that is set_config_block, and get_soul_block (0x02:0x46) asks", enabled_by="sphero.get_soul_block"),
     notification(NO_DEVICE, 0x0E, "async.level_up_notify", "level:u16 attribute_points:u16", _CLASSIC, "api spherojs", aliases="level_up", enabled_by="sphero.enable_soul_notify"),
-    notification(NO_DEVICE, 0x0F, "async.shield_notify", "shield:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="shield_damage", note="what is left", enabled_by="sphero.enable_soul_notify"),
-    notification(NO_DEVICE, 0x10, "async.experience_notify", "experience:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="xp_update", note="the way to the next level", enabled_by="sphero.enable_soul_notify"),
-    notification(NO_DEVICE, 0x11, "async.boost_notify", "boost:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="boost_update", note="what is left", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x0F, "async.shield_notify", "shield:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="shield_damage", note="the remaining number", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x10, "async.experience_notify", "experience:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="xp_update", note="the progress to the next level", enabled_by="sphero.enable_soul_notify"),
+    notification(NO_DEVICE, 0x11, "async.boost_notify", "boost:u8/2.55[%]", _CLASSIC, "api spherojs", aliases="boost_update", note="the remaining number", enabled_by="sphero.enable_soul_notify"),
     notification(NO_DEVICE, 0x14, "async.did_sleep_notify", "", _ALL, "spherov2", aliases="did_sleep"),
     notification(NO_DEVICE, 0x20, "async.soul_block_data_notify", None, "", "iossdk", note=_NAME_ONLY),
     notification(NO_DEVICE, 0x21, "async.experience_update_notify", None, "", "iossdk", aliases="xp_update_0x21", note=_NAME_ONLY),

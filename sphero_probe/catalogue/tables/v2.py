@@ -1,10 +1,10 @@
-"""Makes the rows of the tables: one line of words each.
+"""Builds the rows of the tables, so that each row is one line.
 
-``nodes`` names the robots that know the pair, each with the nodes that serve it there: ``"mini bolt:2 rvr:12"`` is
-node 1 of Mini, node 2 of BOLT, both nodes of RVR. ``sources`` are words: ``spherov2``, ``sdk`` (the maker's Python SDK),
+``nodes`` lists the robots that have the pair, each with the nodes that serve it: ``"mini bolt:2 rvr:12"`` is
+node 1 of Mini, node 2 of BOLT, both nodes of RVR. ``sources`` is a list of words: ``spherov2``, ``sdk`` (the maker's Python SDK),
 ``pysphero``, ``capture`` (bytes seen from a robot), ``reference`` (a description of BOLT+), ``unsw`` (a class for BOLT+ that
-its package marks as untested), ``spherov2js`` (a JavaScript library), and ``assumed`` where a robot stands in the row only
-because its relatives do.
+its package marks as untested), ``spherov2js`` (a JavaScript library), and ``assumed`` where a robot is in the row only
+because related models are.
 """
 
 from functools import cache
@@ -29,7 +29,7 @@ def command(
     sample: bytes | None = None,
     note: str = "",
 ) -> CommandRow:
-    """Make the row of a command; layouts are None where unknown, ``""`` where they are known to be empty."""
+    """Return the row of a command; a layout is None if unknown, ``""`` if known to be empty."""
     return CommandRow(
         Generation.V2,
         did,
@@ -60,7 +60,7 @@ def notification(
     enabled_by: str = "",
     since: str = "",
 ) -> CommandRow:
-    """Make the row of a notification, which nobody sends to a robot: it has no request."""
+    """Return the row of a notification; it has no request, because it is never sent to a robot."""
     return CommandRow(
         Generation.V2,
         did,

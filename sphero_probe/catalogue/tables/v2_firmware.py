@@ -1,4 +1,4 @@
-"""The V2 commands and notifications of firmware, wifi, factory_test and proto, one pair a line."""
+"""The V2 commands and notifications of firmware, wifi, factory_test and proto, one pair per line."""
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.tables.v2 import command, notification
@@ -19,9 +19,9 @@ ROWS = (
     command(0x1D, 0x0C, "firmware.set_pending_update_flags", Risk.BRICK, None, None, "", "pysphero"),
     command(0x1D, 0x0D, "firmware.get_pending_update_flags", Risk.READ, "", "flags:uint{PendingUpdateFlags}", "bolt bolt-plus mini r2d2 r2q5 bb9e lmq", "spherov2 pysphero assumed unsw"),
     command(0x1D, 0x15, "firmware.get_current_application_id", Risk.READ, "", "application_id:u8{ApplicationIds}", "rvr rvr-plus", "spherov2 sdk"),
-    command(0x1D, 0x16, "firmware.get_all_updatable_processors", Risk.READ, "", "", "rvr rvr-plus", "spherov2 sdk", aliases="get_all_updatable_targets", note="the list comes as notification 0x17"),
+    command(0x1D, 0x16, "firmware.get_all_updatable_processors", Risk.READ, "", "", "rvr rvr-plus", "spherov2 sdk", aliases="get_all_updatable_targets", note="the list arrives as notification 0x17"),
     notification(0x1D, 0x17, "firmware.updatable_targets_notify", None, "", "sdk"),
-    command(0x1D, 0x18, "firmware.get_version_for_updatable_processors", Risk.READ, "", "", "rvr rvr-plus", "spherov2 sdk", aliases="get_versions_for_all_updatable_processors", note="the versions come as notification 0x19"),
+    command(0x1D, 0x18, "firmware.get_version_for_updatable_processors", Risk.READ, "", "", "rvr rvr-plus", "spherov2 sdk", aliases="get_versions_for_all_updatable_processors", note="the versions arrive as notification 0x19"),
     notification(0x1D, 0x19, "firmware.version_for_all_updatable_processors_notify", None, "", "sdk"),
     command(0x1D, 0x1A, "firmware.set_pending_update_for_processors", Risk.BRICK, "data:bytes", "strategy:u8{ResetStrategies}", "rvr rvr-plus", "spherov2 sdk", aliases="set_pending_update_targets"),
     command(0x1D, 0x1B, "firmware.get_pending_update_for_processors", Risk.READ, "", "data:bytes", "rvr rvr-plus", "spherov2 sdk", aliases="get_pending_update_targets"),

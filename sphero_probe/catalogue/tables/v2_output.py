@@ -1,4 +1,4 @@
-"""The V2 commands and notifications of user_io, one pair a line."""
+"""The V2 commands and notifications of user_io, one pair per line."""
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.tables.v2 import command, notification
@@ -20,7 +20,7 @@ ROWS = (
     command(0x1A, 0x0D, "user_io.enable_ir", Risk.WRITE, None, None, "", "pysphero"),
     command(0x1A, 0x0E, "user_io.set_all_leds_with_16_bit_mask", Risk.WRITE, "mask:u16 values:bytes", "", "mini r2d2 r2q5 bb9e", "spherov2 sdk pysphero", aliases="set_all_leds"),
     command(0x1A, 0x0F, "user_io.set_backlight_intensity", Risk.WRITE, None, None, "", "pysphero"),
-    command(0x1A, 0x10, "user_io.cap_touch_indication", Risk.WRITE, None, None, "", "pysphero", note="by its name rather a notification"),
+    command(0x1A, 0x10, "user_io.cap_touch_indication", Risk.WRITE, None, None, "", "pysphero", note="by its name probably a notification"),
     command(0x1A, 0x11, "user_io.enable_debug_data", Risk.WRITE, None, None, "", "pysphero"),
     command(0x1A, 0x12, "user_io.assert_lcd_reset_pin", Risk.PERSIST, None, None, "", "pysphero"),
     command(0x1A, 0x13, "user_io.set_headlights", Risk.WRITE, None, None, "", "pysphero"),
@@ -33,7 +33,7 @@ ROWS = (
     command(0x1A, 0x1D, "user_io.enable_color_tap_notify", Risk.WRITE, "value:u8", "", "", "spherov2"),
     notification(0x1A, 0x1E, "user_io.color_tap_notify", "value:u8", "", "spherov2"),
     command(0x1A, 0x20, "user_io.toy_commands", Risk.PERSIST, None, None, "", "pysphero"),
-    command(0x1A, 0x21, "user_io.toy_events", Risk.PERSIST, None, None, "", "pysphero", note="by its name rather a notification"),
+    command(0x1A, 0x21, "user_io.toy_events", Risk.PERSIST, None, None, "", "pysphero", note="by its name probably a notification"),
     command(0x1A, 0x22, "user_io.set_user_profile", Risk.PERSIST, None, None, "", "pysphero"),
     command(0x1A, 0x23, "user_io.get_user_profile", Risk.READ, None, None, "", "pysphero"),
     command(0x1A, 0x2D, "user_io.set_compressed_frame_player_pixel", Risk.WRITE, "x:u8 y:u8 r:u8 g:u8 b:u8", "", "bolt:2 bolt-plus", "spherov2 pysphero unsw", aliases="set_led_matrix_pixel"),

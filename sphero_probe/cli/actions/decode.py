@@ -77,7 +77,7 @@ def _packets(
     stream: Iterable[bytes], fixed: Generation | None
 ) -> Iterator[tuple[int, Generation, Packet | None]]:
     """Yield bytes read, generation and packet; the packet is None where a chunk is only counted."""
-    decoder = CODECS[fixed].decoder(Role.WITNESS) if fixed else None
+    decoder = CODECS[fixed].decoder(Role.OBSERVER) if fixed else None
     recogniser = AutoDecoder()
     for chunk in stream:
         yield len(chunk), fixed or Generation.V2, None

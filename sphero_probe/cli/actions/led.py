@@ -14,7 +14,7 @@ from sphero_probe.protocol.packets import Command
 from sphero_probe.reports.rows import led_row
 from sphero_probe.reports.views import LEDS
 from sphero_probe.session.addressing import address_of, model_behind
-from sphero_probe.session.commands import lamp_commands
+from sphero_probe.session.commands import led_commands_for
 
 
 def set_leds(
@@ -48,7 +48,7 @@ def set_leds(
         raise UsageError("no LED is named", "try: sphero-probe led --front ff0000, or --off")
 
     def make(robot: Robot | None, port: int) -> tuple[Command, ...]:
-        return lamp_commands(wanted, robot, port, asking.target, off=off)
+        return led_commands_for(wanted, robot, port, asking.target, off=off)
 
     consent = Consent.of(asking.allow, asking.confirm, Risk.WRITE)  # setting LEDs is what was asked for
     send_commands("led", make, consent, output, connecting, asking, journal)

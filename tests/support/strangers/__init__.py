@@ -1,6 +1,6 @@
-"""Robots with habits that nobody modelled: an independent robot, its pipe, and a judge of what is said of it.
+"""Strangers: robots with unusual behaviour, written independently of the project, and checks of runs on them.
 
-``frames``, ``commands``, ``robot`` and ``habits`` share no code with the project: they read and write frames
-by themselves, and what they know of commands was copied from the published record. So a mistake that the
-project and its own simulator have in common still shows here.
+``frames``, ``commands``, ``robot`` and ``habits`` share no code with the project: they have their own
+framing, and their commands were copied from published sources. So they reveal mistakes that the project and
+its own simulator have in common.
 """

@@ -1,4 +1,4 @@
-"""Print what runs on strangers do wrong: ``python -m tests.support.strangers [PART-OF-A-NAME]``."""
+"""Print the failed checks of runs on strangers: ``python -m tests.support.strangers [PART-OF-A-NAME]``."""
 
 import sys
 
@@ -7,7 +7,7 @@ from tests.support.strangers.judge import judge
 from tests.support.strangers.runs import KINDS, run
 
 _SHOWN = 3
-"""Offences of one check that are shown, where no name was given."""
+"""Failures of one check that are shown, if no name is given."""
 
 part = sys.argv[1] if sys.argv[1:] else ""
 for stranger in STRANGERS:
@@ -17,8 +17,8 @@ for stranger in STRANGERS:
     for kind in KINDS:
         ran = run(stranger, kind)
         sys.stdout.write(f"  {kind}: {ran.seconds:.1f} s, {len(ran.robot.heard)} requests heard\n")
-        for check, offences in judge([ran]).items():
-            for offence in offences if part else offences[:_SHOWN]:
-                sys.stdout.write(f"    {check}: {offence}\n")
-            if not part and len(offences) > _SHOWN:
-                sys.stdout.write(f"    {check}: … {len(offences) - _SHOWN} more\n")
+        for check, failures in judge([ran]).items():
+            for failure in failures if part else failures[:_SHOWN]:
+                sys.stdout.write(f"    {check}: {failure}\n")
+            if not part and len(failures) > _SHOWN:
+                sys.stdout.write(f"    {check}: … {len(failures) - _SHOWN} more\n")

@@ -1,4 +1,4 @@
-"""What the strangers can do: a small table copied from the published record, and some that nobody published.
+"""The commands of the strangers: a small table copied from published sources, and unpublished ones.
 
 Numbers, lengths and names are those of ``facts/commands_v2.json`` and ``commands_v1.json``; the class of each
 follows from what its name says it does. A command without a name is in no published list.
@@ -28,14 +28,15 @@ class Row(NamedTuple):
         node: where it is.
         did: device id.
         cid: command id.
-        name: as published; empty for one that nobody published.
+        name: as published; empty for an unpublished command.
         effect: what it does.
-        shortest: bytes of arguments that it wants at least.
-        longest: bytes of arguments that it takes at most.
+        shortest: the fewest bytes of arguments that it accepts.
+        longest: the most bytes of arguments that it accepts.
         answer: what it answers.
-        idle: arguments of zeros change nothing: no lamp chosen, a notification switched off that is off.
-        limit: the highest first byte that it takes.
-        from_one: a first byte of 0 is refused, too.
+        idle: arguments of zeros change nothing: no LED selected, a notification switched off that is already
+            off.
+        limit: the highest first byte that it accepts.
+        from_one: a first byte of 0 is rejected, too.
     """
 
     node: int
@@ -114,7 +115,7 @@ _NAMES = [
     _read(1, 0x19, 0x04, "get_bluetooth_name", b"Stranger\x00"),
     _act(1, 0x19, 0x0B, "", Effect.PERSIST, 1),
 ]
-_BOLT_LAMPS = [
+_BOLT_LEDS = [
     _idle(1, 0x1A, 0x1C, "set_all_leds_with_8_bit_mask", 1, 9),
     _act(1, 0x1A, 0x4E, "release_led_requests", Effect.WRITE, 0),
     _act(1, 0x1A, 0x27, "", Effect.WRITE, 3),
@@ -162,7 +163,7 @@ BOLT: tuple[Row, ...] = (
     *_POWER,
     *_BOLT_POWER,
     *_NAMES,
-    *_BOLT_LAMPS,
+    *_BOLT_LEDS,
     *_drive(2),
     *_BOLT_DRIVE,
     *_sensors(2),

@@ -1,4 +1,4 @@
-"""What makes a stranger: ``Firmware`` is what exists and how it is checked, ``Voice`` how answers travel."""
+"""The parts of a stranger: ``Firmware`` has its commands and checks, ``Voice`` changes its responses."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ class Check(Enum):
 
 
 class Nothing(Enum):
-    """Instead of a code: no word at all."""
+    """Instead of a code: no response."""
 
     SAID = auto()
 
@@ -123,7 +123,7 @@ class Firmware:
         impossible: what this node says of a command that this device does not have.
         no_device: what is said of a device that is not there.
         value_first: values are looked at before the length.
-        mood: what is answered instead of all that, None for nothing special.
+        mood: a response that replaces all of that, or None.
         claims: what a node says it has.
     """
 

@@ -1,10 +1,10 @@
-"""The robot's end of the line: a host's bytes in, requests out; answers in, bytes out. Stdlib only."""
+"""Framing for a robot: decodes a host's requests, encodes responses. Standard library only."""
 
 from typing import Final, NamedTuple
 
 START, END, ESCAPE = 0x8D, 0xD8, 0xAB
 FLIP: Final = 0x88
-"""An escaped byte goes out without these bits: 8D as AB 05, AB as AB 23, D8 as AB 50."""
+"""An escaped byte is sent without these bits: 8D as AB 05, AB as AB 23, D8 as AB 50."""
 
 
 class Request(NamedTuple):
@@ -32,7 +32,7 @@ class Answer(NamedTuple):
 
 
 class EarV2:
-    """Takes the host's bytes in any cuts and returns the requests in them; what is damaged is not heard."""
+    """Decodes the host's requests, however the stream is split; damaged frames are ignored."""
 
     def __init__(self) -> None:
         self._held = bytearray()
@@ -74,14 +74,14 @@ def _request_v2(raw: bytes) -> Request | None:
 
 
 def answer_v2(answer: Answer, *, escape: bool = True) -> bytes:
-    """Return the frame of an answer; without escaping it may break apart, as a careless robot's does."""
+    """Return the frame of a response; without escaping it may be broken, as from a faulty robot."""
     addresses = [byte for byte in (answer.tid, answer.sid) if byte is not None]
     head = [answer.flags, *addresses, answer.did, answer.cid, answer.seq, answer.code]
     return _framed(bytes(head) + answer.data, escape=escape)
 
 
 def notification_v2(did: int, cid: int, data: bytes) -> bytes:
-    """Return the frame of something that nobody asked for."""
+    """Return the frame of a notification."""
     return _framed(bytes([0x08, did, cid, 0xFF]) + data, escape=True)
 
 

@@ -1,4 +1,4 @@
-"""The strangers by name: what each is known to do, and what may be expected of a run on it."""
+"""The strangers by name: the behaviour of each, and what is expected of a run on it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -21,37 +21,37 @@ from tests.support.strangers.frames import Answer
 
 
 class Expect(Enum):
-    """What a run on a stranger owes, beyond what it owes on each of them."""
+    """What is expected of a run on a stranger, beyond what is expected on every stranger."""
 
     SURE = auto()
     """It checks lengths and answers in time: at most one finding in a hundred may be inconclusive."""
     MUTE = auto()
-    """Nothing it says matches a question: the run ends early and says what is odd."""
+    """None of its responses match a command: the run ends early and says what is odd."""
     TOLERABLE = auto()
-    """Or the run takes what it says all the same, and is true."""
+    """As above, or the run accepts the responses, and its findings are true."""
     INCOMPLETE = auto()
-    """A part of it cannot be asked: the run says that it is incomplete."""
+    """A part of it cannot be probed: the run says that it is incomplete."""
     COMPARED = auto()
-    """What it claims is to be compared with what it has, completely."""
+    """Its claims are compared with its commands, completely."""
     BLIND = auto()
-    """What it does cannot be seen in its answers: only what the catalogue knows can be kept from it."""
+    """Its responses do not reveal what it executes: only commands in the catalogue can be held back."""
     MEAGRE = auto()
-    """Not all of its documented reads can be read, ever."""
+    """Some of its documented reads never succeed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stranger:
-    """One robot that nobody modelled.
+    """One robot with unusual behaviour.
 
     Attributes:
         name: short, for the tables.
         habit: what it does, in a line.
-        model: what the run takes it for.
+        model: the model that the run assumes.
         firmware: what exists and how requests are checked.
         voice: what happens to its answers.
-        expect: what a run on it owes.
-        oddity: a pattern that the error's text must match where nothing it says matches.
-        few: it is asked a few commands only, as each takes long.
+        expect: what is expected of a run on it.
+        oddity: a pattern for the error's text, if none of its responses match a command.
+        few: only a few commands are sent, because each takes long.
     """
 
     name: str
@@ -153,7 +153,7 @@ _add(
     model="rvr",
 )
 _add(
-    "the unknown of the lamps ignore surplus",
+    "the unknown of the LEDs ignore surplus",
     "one unknown setter of one device ignores surplus bytes",
     Firmware(rows=BOLT, check=_lax(lambda row: not row.name and row.did == 0x1A)),
 )
@@ -217,7 +217,7 @@ def _all_restricted(moment: Moment) -> Word:
     return None if moment.request.did in (0x10, 0x11) or moment.pair == (0x13, 0x0D) else Code.RESTRICTED
 
 
-def _stubs_in_lamps(_node: int, did: int) -> Word:
+def _stubs_in_leds(_node: int, did: int) -> Word:
     return Code.STUB if did == 0x1A else Code.NO_COMMAND
 
 
@@ -226,7 +226,7 @@ _add(
     "refuses a wrong length whether the command exists or not",
     Firmware(rows=BOLT, masks=_masks_long),
 )
-_add("masks in one device", "does so in the lamps only", Firmware(rows=BOLT, masks=_masks_in(0x1A)))
+_add("masks in one device", "does so in the LEDs only", Firmware(rows=BOLT, masks=_masks_in(0x1A)))
 _add(
     "masks in power",
     "does so in the power device only",
@@ -244,7 +244,7 @@ _add(
     Firmware(rows=BOLT, masks=lambda _node, _did, length: length > 20),
 )
 _add("stubs", "says 0x03 of every command that cannot exist", Firmware(rows=BOLT, impossible=_stubs))
-_add("stubs in one device", "does so in the lamps only", Firmware(rows=BOLT, impossible=_stubs_in_lamps))
+_add("stubs in one device", "does so in the LEDs only", Firmware(rows=BOLT, impossible=_stubs_in_leds))
 _add("yes-man", "says success to every command that cannot exist", Firmware(rows=BOLT, impossible=_yes))
 _add("silent on the impossible", "answers what exists only", Firmware(rows=BOLT, impossible=_hush))
 _add(

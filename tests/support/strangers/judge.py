@@ -1,4 +1,4 @@
-"""What a run on a stranger said, held against the truth: runs in, offences by check out."""
+"""Checks runs on strangers against the truth; returns the failures of each check."""
 
 import re
 from collections import Counter
@@ -15,7 +15,7 @@ from tests.support.strangers.runs import ABSENT_DEVICES, LONGEST, Ran, Triple, c
 from tests.support.strangers.transport import TooManyWritesError
 
 LONGEST_MUTE: Final = 30.0
-"""Seconds that it may take where nothing that comes matches."""
+"""Seconds that a run may take if no response matches."""
 _ACTING: Final = (0x13, 0x16, 0x17)
 """Devices that sleep or move: without evidence nothing unknown is asked of them."""
 _STOPS: Final = ((0x16, 0x01), (0x02, 0x30))
@@ -31,7 +31,7 @@ def _spell(triple: Triple) -> str:
 
 
 def ends(ran: Ran) -> Iterator[str]:
-    """Every run ends by itself, and with findings unless nothing that comes matches."""
+    """Every run ends by itself, and with findings unless no response matches."""
     error = ran.error
     if isinstance(error, TimeoutError | TooManyWritesError):
         yield f"it does not end: {type(error).__name__} after {ran.seconds:.0f} s"
@@ -43,14 +43,14 @@ def ends(ran: Ran) -> Iterator[str]:
 
 
 def errors(ran: Ran) -> Iterator[str]:
-    """Nothing is raised that the tool cannot explain."""
+    """Every error that is raised is one that the tool can explain."""
     error = ran.error
     if error and not isinstance(error, SpheroProbeError | TimeoutError | TooManyWritesError):
         yield f"{type(error).__name__}: {str(error)[:120]}"
 
 
 def oddity(ran: Ran) -> Iterator[str]:
-    """Where nothing that comes matches, the run soon ends, and names what is odd."""
+    """If no response matches, the run ends soon, and says what is odd."""
     if Expect.MUTE not in ran.stranger.expect:
         return
     if Expect.TOLERABLE in ran.stranger.expect and ran.error is None:
@@ -65,7 +65,7 @@ def oddity(ran: Ran) -> Iterator[str]:
 
 
 def harmless(ran: Ran) -> Iterator[str]:
-    """Nothing unallowed runs, but for one command of a device whose other handlers gave no warning."""
+    """Nothing without consent is executed, except one command of a device that gave no warning."""
     by_device: dict[tuple[int, int], list[Executed]] = {}
     for done in _unallowed(ran):
         by_device.setdefault((done.row.node, done.row.did), []).append(done)
@@ -105,7 +105,7 @@ def _evidence(rows: Iterable[Row]) -> list[Row]:
 
 
 def _unallowed(ran: Ran) -> list[Executed]:
-    """Return what ran and was not allowed; stopping the motors after something else ran is."""
+    """Return what was executed without consent; stopping the motors afterwards is allowed."""
     ledger = ran.robot.ledger
     return [
         done
@@ -120,7 +120,7 @@ def _is_stop(done: Executed) -> bool:
 
 
 def reported(ran: Ran) -> Iterator[str]:
-    """What ran all the same is named as executed, and the run is incomplete."""
+    """A command executed without consent is reported as executed, and the run is incomplete."""
     if Expect.BLIND in ran.stranger.expect:
         return
     unallowed = _unallowed(ran)
@@ -226,7 +226,7 @@ def doubt(ran: Ran) -> Iterator[str]:
 
 
 def complete(ran: Ran) -> Iterator[str]:
-    """A run that could not ask a part says so."""
+    """A run that could not probe a part says so."""
     if Expect.INCOMPLETE in ran.stranger.expect and _is_complete(ran):
         yield "a part could not be asked, and the run says that it is complete"
 
@@ -275,9 +275,9 @@ CHECKS: Final[dict[str, Callable[[Ran], Iterator[str]]]] = {
 
 
 def judge(runs: Iterable[Ran]) -> dict[str, list[str]]:
-    """Return the offences of some runs, by check."""
+    """Return the failures of some runs, by check."""
     runs = list(runs)
     return {
-        name: [f"{ran.kind}: {offence}" for ran in runs for offence in check(ran)]
+        name: [f"{ran.kind}: {failure}" for ran in runs for failure in check(ran)]
         for name, check in CHECKS.items()
     }

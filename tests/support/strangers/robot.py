@@ -1,4 +1,4 @@
-"""A generic robot as a table of commands: requests in, answers and the truth out. Standard library only."""
+"""A robot that executes a table of commands and records what it did. Standard library only."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -20,12 +20,12 @@ class Executed(NamedTuple):
 
     @property
     def unallowed(self) -> bool:
-        """Whether it changed something, as no run may that was allowed to read only."""
+        """Whether it changed something, which a run without further consent must not do."""
         return self.row.effect > Effect.READ and not (self.row.idle and not any(self.data))
 
 
 class Heard(NamedTuple):
-    """A request and what became of it; ``said`` is the code that went out, None for silence."""
+    """A request and its result; ``said`` is the code that was sent, None for silence."""
 
     at: float
     node: int
@@ -73,7 +73,7 @@ class Robot:
         self.connect(0.0)
 
     def connect(self, now: float) -> None:
-        """Take another line, in place of the one there was."""
+        """Use another line in place of the current one."""
         self._ear: EarV1 | EarV2 = EarV1() if self.firmware.older else EarV2()
         if self.dropped:
             self._boots_until = now + 1.0
@@ -85,7 +85,7 @@ class Robot:
         return set(self._rows)
 
     def hear(self, data: bytes, now: float) -> list[Said]:
-        """Take bytes from the host and return what is said to them."""
+        """Receive bytes from the host and return the responses."""
         said: list[Said] = []
         for request in self._ear.feed(data):
             if not self.dropped and now >= self._boots_until:
@@ -110,7 +110,7 @@ class Robot:
         return self._remember(moment, word, data, delay)
 
     def _remember(self, moment: Moment, code: Code | None, data: bytes, delay: float = 0.0) -> list[Said]:
-        """Write down what was heard and said, and return the answer's bytes as they will arrive."""
+        """Record a request and its response, and return the bytes of the response as they will arrive."""
         request, node = moment.request, moment.node
         frame = b"" if code is None or not request.flags & 0x02 else self._frame(moment, code, data)
         said = int(code) if frame and code is not None else None

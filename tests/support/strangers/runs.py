@@ -1,4 +1,4 @@
-"""Runs the project on a stranger, on the virtual clock and within bounds: a stranger in, what it said out."""
+"""Runs a sweep or a discovery on a stranger, on the virtual clock and with a time limit."""
 
 import asyncio
 from collections.abc import Iterable, Iterator
@@ -39,10 +39,10 @@ class Ran:
 
     Attributes:
         kind: ``sweep`` or ``discovery``.
-        stranger: on whom.
-        robot: what is left of it: its truth and its ledger.
-        records: what the run said.
-        error: what it raised.
+        stranger: the stranger.
+        robot: its state afterwards, with its truth and its ledger.
+        records: the records of the run.
+        error: the error that it raised.
         seconds: how long it took, on the virtual clock.
     """
 
@@ -55,7 +55,7 @@ class Ran:
 
     @property
     def findings(self) -> list[Finding]:
-        """The last word on each probe."""
+        """The last finding about each probe."""
         last = {record.number: record for record in self.records if isinstance(record, Finding)}
         return list(last.values())
 
@@ -132,7 +132,7 @@ def _sweeps(stranger: Stranger, target: int | None, cids: range) -> Iterator[Pro
 
 
 def _narrowed(stage: Stage, cids: range) -> Stage:
-    """Keep of a stage the commands that are worth the time."""
+    """Reduce a stage to the commands that are worth the time."""
 
     def fewer(findings: Any) -> Iterable[Probe]:
         for probe in stage(findings) if callable(stage) else stage:

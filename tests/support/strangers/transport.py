@@ -1,4 +1,4 @@
-"""The pipe to a stranger, on the event loop's clock: it hears what is written, and answers in its time."""
+"""The transport to a stranger, on the event loop's clock."""
 
 import asyncio
 from typing import Final
@@ -38,7 +38,7 @@ class StrangerTransport:
             self._flood()
 
     async def write(self, data: bytes) -> None:
-        """Let the robot hear bytes.
+        """Pass bytes to the robot.
 
         Raises:
             LinkLostError: the robot dropped the line.
@@ -55,13 +55,13 @@ class StrangerTransport:
             self.close()
 
     async def read(self) -> bytes:
-        """Wait for what the robot says; ``b""`` once it dropped the line."""
+        """Wait for bytes from the robot; ``b""`` once it dropped the line."""
         if self._gone and self._coming.empty():
             return b""
         return await self._coming.get()
 
     def close(self) -> None:
-        """End the conversation; a waiting ``read`` returns ``b""``."""
+        """Close the line; a waiting ``read`` returns ``b""``."""
         self._gone = True
         for timer in (*self._timers, self._next_burst):
             if timer:
@@ -78,7 +78,7 @@ class StrangerTransport:
         self._timers.add(timer)
 
     def _flood(self) -> None:
-        """Say things that nobody asked for, all the time."""
+        """Send notifications all the time."""
         if self._gone:
             return
         older = self.robot.firmware.older

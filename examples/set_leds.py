@@ -1,4 +1,4 @@
-"""Run through the colours with every LED of a robot, then darken them all."""
+"""Show the colours of the rainbow on every LED of a robot, then switch them off."""
 
 import asyncio
 import colorsys
@@ -13,7 +13,7 @@ def rainbow(steps: int) -> list[tuple[int, int, int]]:
 
 
 async def main(device: str = "fake:rvr", steps: str = "6") -> None:
-    async with sphero_probe.connect(device) as robot:  # setting LEDs needs no further consent
+    async with sphero_probe.connect(device) as robot:  # LEDs need no consent
         print(f"{robot.name} has the LEDs {', '.join(robot.leds)}")
         for color in rainbow(int(steps)):
             await robot.set_leds(dict.fromkeys(robot.leds, color))
