@@ -202,7 +202,7 @@ def unknown_bits(generation: Generation, masks: Masks, robot: Robot | None = Non
 def streaming_fields(
     generation: Generation, masks: Masks, payload: bytes, robot: Robot | None = None
 ) -> Decoded:
-    """Take the payload of a streaming notification apart; whatever the bytes are, this never raises.
+    """Decode the payload of a streaming notification; no bytes make this raise.
 
     Args:
         generation: the protocol it came by.

@@ -78,7 +78,7 @@ def numbers(*values: int) -> bytes:
             Masks(0x0001_0000, 0x0040_0000),
             numbers(90, 12),
             {"yaw": 90, "speed": 12},
-            id="the extended one behind the other",
+            id="the extended one after the other",
         ),
         pytest.param(
             V1,
@@ -269,7 +269,7 @@ def test_the_extended_bits_of_spherov2_are_a_gyroscope_too(key: str | None) -> N
             numbers(1, 2, 3),
             {"pwm_raw_right": 1, "values": [2, 3]},
             "unknown sensor bit 0x00000010",
-            id="the extended ones come behind it",
+            id="the extended ones come after it",
         ),
         pytest.param(
             Masks(0x0001_0000, 0x0400_0001),

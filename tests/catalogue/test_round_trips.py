@@ -126,7 +126,7 @@ def test_bytes_to_values_and_back(case: Case) -> None:
         payload = _without_nan(case.layout, chance, chance.choice(lengths))
         decoded = case.layout.decode(payload)
         json.dumps(decoded.fields, allow_nan=False)
-        if decoded.problem:  # what stands behind the NUL of a text, or another constant
+        if decoded.problem:  # bytes after the NUL of a text, or another constant
             assert any(field.type in ("cstring", "const") for field in case.layout.fields)
             continue
         again = case.layout.encode(decoded.fields)

@@ -1215,7 +1215,7 @@ def test_the_clock_notices_what_waits_for_ever() -> None:
     async def scenario() -> None:
         await asyncio.get_running_loop().create_future()
 
-    with pytest.raises(RuntimeError, match="everything waits"):
+    with pytest.raises(RuntimeError, match="every task waits"):
         run(scenario())
 
 

@@ -26,7 +26,7 @@ from sphero_probe.protocol.v1_frames import MAX_FRAME as V1_MAX_FRAME
 from sphero_probe.protocol.v2 import V2
 from sphero_probe.protocol.v2_frames import MAX_FRAME as V2_MAX_FRAME
 from tests.support import reference_decoder, reference_decoder_v1
-from tests.support.pieces import Sound, decoded, pieces_of, sound
+from tests.support.pieces import ValidPacket, decoded, pieces_of, valid_packets
 
 STREAMS = int(os.environ.get("AGREE_STREAMS", "8000"))
 SEED = int(os.environ.get("AGREE_SEED", "1"))
@@ -94,13 +94,13 @@ def damaged_stream(random: Random, frames: list[bytes], most: int) -> bytes:
     return bytes(stream)
 
 
-def sound_packets(generation: Generation, role: Role, pieces: list[bytes]) -> list[Sound]:
+def decoded_packets(generation: Generation, role: Role, pieces: list[bytes]) -> list[ValidPacket]:
     packets = decoded(CODECS[generation], pieces, role)
     assert b"".join(map(CODECS[generation].frame_of, packets)) == b"".join(pieces)
-    return sound(packets)
+    return valid_packets(packets)
 
 
-def v2_content(packet: Sound) -> tuple[bytes | int | None, ...]:
+def v2_content(packet: ValidPacket) -> tuple[bytes | int | None, ...]:
     code: int | None
     match packet:
         case Request(Command(did, cid, payload, target), seq, source, flags):
@@ -113,7 +113,7 @@ def v2_content(packet: Sound) -> tuple[bytes | int | None, ...]:
     return (flags & 0xFF, extension, target, source, did, cid, seq, code, payload)
 
 
-def v1_content(packet: Sound) -> tuple[str, int, tuple[int, ...], bytes]:
+def v1_content(packet: ValidPacket) -> tuple[str, int, tuple[int, ...], bytes]:
     match packet:
         case Request(Command(did, cid, payload), seq, _, flags):
             return (reference_decoder_v1.COMMAND, flags, (did, cid, seq), payload)
@@ -125,7 +125,7 @@ def v1_content(packet: Sound) -> tuple[str, int, tuple[int, ...], bytes]:
 
 def assert_agreement(generation: Generation, role: Role, stream: bytes, cuts: list[int]) -> int:
     pieces = pieces_of(stream, cuts)
-    packets = sound_packets(generation, role, pieces)
+    packets = decoded_packets(generation, role, pieces)
     if generation is Generation.V2:
         assert [*map(v2_content, packets)] == reference_decoder.frames_in(stream, V2_MAX_FRAME)
     else:
@@ -175,7 +175,7 @@ def test_sums_that_adler32_cannot_tell(length: int) -> None:
         frame = bytearray(V2.encode_notification(Notification(0x18, 2, filling * length, 1, None, 0xFF, 8)))
         assert assert_agreement(Generation.V2, Role.HOST, bytes(frame), []) == 1
         async_frame = V1.encode_notification(Notification(None, 3, filling * length))
-        assert sound_packets(Generation.V1, Role.HOST, [async_frame])
+        assert decoded_packets(Generation.V1, Role.HOST, [async_frame])
         for _ in range(20):
             frame[random.randrange(8, length)] = random.choice((0x00, 0x0F, 0xF0, 0xFF))
             assert_agreement(Generation.V2, Role.HOST, bytes(frame), [])

@@ -30,7 +30,7 @@ from sphero_probe.protocol.v1 import FIXED_PAYLOADS, MAX_ASYNC_PAYLOAD, MAX_PAYL
 from sphero_probe.protocol.v1_frames import MAX_FRAME
 from sphero_probe.protocol.v2 import V2
 from tests.support.narrowing import every, only
-from tests.support.pieces import Sound, byte_by_byte, decoded, pieces_of, sound
+from tests.support.pieces import ValidPacket, byte_by_byte, decoded, pieces_of, valid_packets
 from tests.support.reference_decoder_v1 import ASYNC, COMMAND, RESPONSE, frames_in
 
 FILE = Path(__file__).parents[1] / "data" / "golden_frames.json"
@@ -81,7 +81,7 @@ def wire(start: str) -> bytes:
     return data + bytes([0xFF - sum(data[2:]) % 256])
 
 
-def content_of(packet: Sound) -> Content:
+def content_of(packet: ValidPacket) -> Content:
     """A packet's contents as the simple decoder reports them, without the places."""
     match packet:
         case Request(command=(did, cid, payload, None), seq=seq, source=None, flags=flags):
@@ -98,7 +98,7 @@ def contents_in(stream: bytes, role: Role, longest: int = MAX_FRAME) -> list[Con
 
 
 def contents_of(packets: Sequence[Packet]) -> list[Content]:
-    return [content_of(packet) for packet in sound(packets)]
+    return [content_of(packet) for packet in valid_packets(packets)]
 
 
 def test_codecs_holds_the_codec() -> None:
@@ -401,7 +401,7 @@ HUGE_ASYNC = "fffe03ffff"
         pytest.param(
             "ffff00530302" + PONG,
             [("checksum", "ffff00530302"), ("", PONG)],
-            id="bytes lost, sound begins inside",
+            id="bytes lost, valid frame inside",
         ),
         pytest.param(
             "ffff005303aa" + PONG, [("checksum", "ffff005303aa"), ("", PONG)], id="last byte is a start"
@@ -415,7 +415,7 @@ HUGE_ASYNC = "fffe03ffff"
         pytest.param(
             FALSE_RESPONSE + PONG + "00" + PONG,
             [("of 245", FALSE_RESPONSE), ("", PONG), ("outside", "00"), ("", PONG)],
-            id="false length, two sound",
+            id="false length, two valid",
         ),
         pytest.param(
             FALSE_RESPONSE + FALSE_RESPONSE + PONG,
@@ -465,7 +465,7 @@ def test_a_false_length_hides_no_response(start: str, cut: int, role: Role) -> N
     stream = bytes.fromhex(start) + frame * 3
     packets = [packet for at in range(0, len(stream), cut) for packet in decoder.feed(stream[at : at + cut])]
     packets += decoder.give_up()
-    assert sound(packets) == [packet] * 3
+    assert valid_packets(packets) == [packet] * 3
     assert raw_of(packets) == stream
     assert decoder.feed(frame) == [packet]
 
@@ -529,7 +529,7 @@ LONGEST = b"\xff\xfe\x0d\x0f\xfb" + bytes(MAX_FRAME - 5)
         pytest.param(
             bytes(MAX_FRAME - 1) + b"\xff\xff\x00\x52\x01\xac",
             [("outside", MAX_FRAME - 1), ("", 6)],
-            id="noise, sound",
+            id="noise, valid",
         ),
         pytest.param(
             bytes(2 * MAX_FRAME + 1), [("outside", MAX_FRAME)] * 2 + [("outside", 1)], id="much noise"
@@ -695,7 +695,7 @@ STARTLESS = st.lists(st.integers(0, 0xFE).filter(lambda byte: byte != 0x8D), max
 
 
 @st.composite
-def conversations(draw: st.DrawFn, generation: Generation) -> tuple[Role, list[Sound], list[bytes]]:
+def conversations(draw: st.DrawFn, generation: Generation) -> tuple[Role, list[ValidPacket], list[bytes]]:
     """Packets for one role, in pieces, with bytes between them that begin no frame of either codec."""
     role = draw(st.sampled_from((Role.HOST, Role.ROBOT)))
     packets = draw(st.lists(SAID[generation, role], max_size=6))
@@ -709,7 +709,7 @@ def conversations(draw: st.DrawFn, generation: Generation) -> tuple[Role, list[S
 @given(data=st.data())
 def test_both_codecs_get_what_was_sent(generation: Generation, data: st.DataObject) -> None:
     role, packets, pieces = data.draw(conversations(generation))
-    assert sound(decoded(CODECS[generation], pieces, role)) == packets
+    assert valid_packets(decoded(CODECS[generation], pieces, role)) == packets
 
 
 @given(st.sampled_from((Role.HOST, Role.ROBOT)), st.data())
@@ -724,7 +724,7 @@ def test_packets_are_received_as_sent_despite_noise(role: Role, data: st.DataObj
     assume(by_chance == set(places))  # noise and frame together may happen to add up
     cuts = data.draw(st.lists(st.integers(0, len(stream)), max_size=10))
     packets = heard(pieces_of(stream, cuts), role)
-    assert [V1.frame_of(packet) for packet in sound(packets)] == [frame for _, frame in parts]
+    assert [V1.frame_of(packet) for packet in valid_packets(packets)] == [frame for _, frame in parts]
 
 
 @given(cut_streams(), cut_streams(), st.sampled_from(Role))

@@ -27,7 +27,7 @@ from sphero_probe.protocol.packets import (
 from sphero_probe.protocol.v2 import MAX_PAYLOAD, V2, V2Codec
 from sphero_probe.protocol.v2_frames import MAX_FRAME
 from tests.support.narrowing import every, known, only
-from tests.support.pieces import Sound, byte_by_byte, decoded, pieces_of, sound
+from tests.support.pieces import ValidPacket, byte_by_byte, decoded, pieces_of, valid_packets
 from tests.support.reference_decoder import Frame, frames_in
 
 FILE = Path(__file__).parents[1] / "data" / "golden_frames.json"
@@ -67,7 +67,7 @@ def wire(body: Iterable[int]) -> bytes:
     return bytes([0x8D, *(byte for pair in escaped for byte in pair), 0xD8])
 
 
-def frame_view(packet: Sound) -> Frame:
+def frame_view(packet: ValidPacket) -> Frame:
     """A packet's contents in the order of the wire."""
     code: int | None = None
     match packet:
@@ -150,7 +150,7 @@ def test_golden_frame_amid_noise(row: dict[str, Any], before: str, between: str,
     stream = bytes.fromhex(before) + frame + bytes.fromhex(between) + frame + bytes.fromhex(after)
     for pieces in ([stream], byte_by_byte(stream)):
         packets = heard(pieces, role)
-        assert sound(packets) == [golden_packet(row)] * 2
+        assert valid_packets(packets) == [golden_packet(row)] * 2
         assert b"".join(V2.frame_of(packet) for packet in packets) == stream
 
 
@@ -216,7 +216,7 @@ def test_escaping_in_every_position(position: str, special: int) -> None:
     frame = wire(list(values.values()))
     assert bytes([0xAB, special & ~0x88]) in frame[1:-1]
     assert special not in frame[1:-1] or special == 0xAB
-    (packet,) = sound(heard([frame]))
+    (packet,) = valid_packets(heard([frame]))
     said: dict[str, Any] = {"tid": None, "sid": None, "err": None, **values}
     assert frame_view(packet) == Frame(**said | {"data": bytes([values["data"]])})
     assert V2.frame_of(packet) == frame
@@ -340,7 +340,7 @@ def test_target_and_source_are_independent(frame: str, role: Role, packet: Packe
 )
 def test_one_more_flags_byte(body: str, role: Role, said: Frame) -> None:
     frame = wire(bytes.fromhex(body))
-    (packet,) = sound(heard([frame], role))
+    (packet,) = valid_packets(heard([frame], role))
     assert frame_view(packet) == said
     assert V2.frame_of(packet) == frame
 
@@ -349,7 +349,7 @@ def test_every_flags_byte_is_kept() -> None:
     for flags in range(256):
         frame = wire([flags, 1, 2, 3, 4, 5, 6, 7, 8, 9])
         for role in Role:
-            (packet,) = sound(heard([frame], role))
+            (packet,) = valid_packets(heard([frame], role))
             assert packet.flags & 0xFF == flags
             assert isinstance(packet, Response) == bool(flags & 0x01)
             assert V2.frame_of(packet) == frame
@@ -403,7 +403,7 @@ def test_only_three_escapes_are_legal() -> None:
         elif follower not in (0x8D, 0xD8):
             assert isinstance(packets[0], Malformed)
             assert f"ab {follower:02x}" in packets[0].reason
-        assert sound(packets) == []
+        assert valid_packets(packets) == []
         assert b"".join(V2.frame_of(packet) for packet in packets) == frame
 
 
@@ -420,7 +420,7 @@ def test_only_three_escapes_are_legal() -> None:
             id="three starts",
         ),
         pytest.param(
-            "8d09ab" + BATTERY, [("unfinished", "8d09ab"), ("", BATTERY)], id="start behind an escape"
+            "8d09ab" + BATTERY, [("unfinished", "8d09ab"), ("", BATTERY)], id="start after an escape"
         ),
         pytest.param("00" + BATTERY, [("outside", "00"), ("", BATTERY)], id="noise first"),
         pytest.param(
@@ -750,7 +750,7 @@ def test_a_notification_round_trips(notification: Notification) -> None:
     assert V2.frame_of(expected) == frame
 
 
-SOUND = (
+VALID_FRAMES = (
     st.builds(V2.encode_command, COMMANDS, BYTES, source=ADDRESSES, extension=EXTENSIONS)
     | RESPONSES.map(V2.encode_response)
     | NOTIFICATIONS.map(V2.encode_notification)
@@ -768,14 +768,14 @@ LONG = st.builds(
 @st.composite
 def damaged(draw: st.DrawFn) -> bytes:
     """A frame in which some bytes were removed or replaced."""
-    frame = draw(SOUND)
+    frame = draw(VALID_FRAMES)
     start = draw(st.integers(0, len(frame) - 1))
     end = draw(st.integers(start, min(start + 4, len(frame))))
     return frame[:start] + draw(st.lists(BYTES, max_size=3).map(bytes)) + frame[end:]
 
 
 DAMAGE = GARBAGE | damaged()
-STREAMS = st.lists(SOUND | DAMAGE | LONG, max_size=6).map(b"".join)
+STREAMS = st.lists(VALID_FRAMES | DAMAGE | LONG, max_size=6).map(b"".join)
 
 
 @st.composite
@@ -818,16 +818,16 @@ def test_every_byte_is_accounted_for(cut: tuple[bytes, list[bytes]], role: Role)
     assert b"".join(V2.frame_of(packet) for packet in heard(pieces, role)) == stream
 
 
-@given(st.lists(st.tuples(st.just(True), SOUND) | st.tuples(st.just(False), DAMAGE), max_size=8))
+@given(st.lists(st.tuples(st.just(True), VALID_FRAMES) | st.tuples(st.just(False), DAMAGE), max_size=8))
 def test_every_valid_frame_survives_damage_around_it(parts: list[tuple[bool, bytes]]) -> None:
     stream = b"".join(part for _, part in parts)
-    rest = iter([V2.frame_of(packet) for packet in sound(heard([stream]))])
+    rest = iter([V2.frame_of(packet) for packet in valid_packets(heard([stream]))])
     for intact, part in parts:
         if intact:
-            assert part in rest, "a sound frame was lost"
+            assert part in rest, "a valid frame was lost"
 
 
-@given(SOUND, st.data())
+@given(VALID_FRAMES, st.data())
 def test_a_flipped_bit_never_goes_unnoticed(frame: bytes, data: st.DataObject) -> None:
     at = data.draw(st.integers(1, len(frame) - 2))
     flipped = bytearray(frame)
@@ -857,14 +857,18 @@ def test_at_most_one_frame_is_buffered(cut: tuple[bytes, list[bytes]]) -> None:
 @given(cut_streams(), st.sampled_from(Role))
 def test_the_plain_decoder_agrees(cut: tuple[bytes, list[bytes]], role: Role) -> None:
     stream, pieces = cut
-    assert [frame_view(packet) for packet in sound(heard(pieces, role))] == frames_in(stream, MAX_FRAME)
+    assert [frame_view(packet) for packet in valid_packets(heard(pieces, role))] == frames_in(
+        stream, MAX_FRAME
+    )
 
 
 @given(cut_streams(), st.sampled_from(Role))
 def test_the_plain_decoder_agrees_at_the_bound(cut: tuple[bytes, list[bytes]], role: Role) -> None:
     stream, pieces = cut
     with holding_back_little():
-        assert [frame_view(packet) for packet in sound(heard(pieces, role))] == frames_in(stream, SMALL)
+        assert [frame_view(packet) for packet in valid_packets(heard(pieces, role))] == frames_in(
+            stream, SMALL
+        )
 
 
 def random_stream(random: Random) -> bytes:
@@ -899,7 +903,7 @@ def test_the_plain_decoder_agrees_on_damaged_streams(seed: int) -> None:
         stream = random_stream(random)
         expected = frames_in(stream, MAX_FRAME)
         survivors += len(expected)
-        assert [frame_view(packet) for packet in sound(heard([stream]))] == expected
+        assert [frame_view(packet) for packet in valid_packets(heard([stream]))] == expected
         cuts = [random.randrange(len(stream) + 1) for _ in range(random.randrange(6))]
-        assert [frame_view(packet) for packet in sound(heard(pieces_of(stream, cuts)))] == expected
+        assert [frame_view(packet) for packet in valid_packets(heard(pieces_of(stream, cuts)))] == expected
     assert survivors > 400

@@ -6,7 +6,7 @@ from itertools import pairwise
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Malformed, Notification, Packet, Request, Response, Role
 
-Sound = Request | Response | Notification
+ValidPacket = Request | Response | Notification
 
 
 def decoded(codec: Codec, pieces: Iterable[bytes], role: Role = Role.HOST) -> list[Packet]:
@@ -18,7 +18,7 @@ def decoded(codec: Codec, pieces: Iterable[bytes], role: Role = Role.HOST) -> li
     return packets
 
 
-def sound(packets: Iterable[Packet]) -> list[Sound]:
+def valid_packets(packets: Iterable[Packet]) -> list[ValidPacket]:
     return [packet for packet in packets if not isinstance(packet, Malformed)]
 
 

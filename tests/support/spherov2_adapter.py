@@ -137,7 +137,7 @@ def session(toy_class: type[Toy], robot: FakeRobot) -> Iterator[tuple[Any, FakeA
     """Open one of spherov2's robots over a fake one, without its pauses between commands.
 
     Yields:
-        The toy and its adapter. Behind the block the adapter is closed and every thread has ended.
+        The toy and its adapter. After the block the adapter is closed and every thread has ended.
     """
     adapters: list[FakeAdapter] = []
 
