@@ -14,7 +14,7 @@ from benchmarks.corpus import (
     first_generation,
     second_generation,
 )
-from benchmarks.peers import Peer, ours, peers
+from benchmarks.peers import Peer, no_codec, ours, peers
 from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.protocol import CODECS
@@ -69,21 +69,22 @@ def _decoding(
     """Time all codecs on a stream that arrives in pieces of one size."""
     if read == 1:  # otherwise it would take as long as everything else
         corpus = corpus.part(len(corpus.packets) // 8)
-    contestants = [ours(corpus.generation), *rivals]
+    contestants = [ours(corpus.generation), no_codec(), *rivals]
     runners = {
         peer.name: partial(peer.read, [peer.chunk(chunk) for chunk in chunks(corpus.stream, read)], len)
         for peer in contestants
     }
     seconds = race(runners, rounds)
-    mine = seconds[contestants[0].name]
+    mine, loop = (min(seconds[peer.name]) for peer in contestants[:2])
     for peer in rivals:
         yield Line(
             f"{corpus.generation.upper()} decode, {_read_name(read)}" + ("" if bars else ", answers only"),
             peer.name,
-            ratio(seconds[peer.name], mine),
+            ratio(seconds[peer.name], seconds[contestants[0].name]),
             bars.get(peer.name.split()[0]),
             _loss(corpus, read, peer),
-            f"{min(mine) / len(corpus.packets) * 1e6:.2f} us per frame"
+            f"{mine / len(corpus.packets) * 1e6:.2f} us per frame, of which the empty loop takes "
+            f"{loop / len(corpus.packets) * 1e6:.2f} us"
             + (f"; it does not report {peer.silent}" if peer.silent else ""),
         )
 

@@ -6,7 +6,6 @@ a parser raises an exception on a bad packet, the rest of that chunk is lost, as
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -19,8 +18,14 @@ EXTRA = "pip install -e '.[bench]'"
 """The command that installs the peers."""
 
 Take = Callable[[list[Any]], object]
-Read = Callable[[list[bytes], Take], None]
-"""Decodes the chunks of a stream; passes the packets of each chunk on in a list, which it then reuses."""
+"""Receives the packets of one chunk, in a list that is reused afterwards."""
+Feed = Callable[[Any], Iterable[Any] | None]
+Flush = Callable[[], Iterable[Any]]
+Open = Callable[[list[Any]], tuple[Feed, Flush]]
+"""Returns a new decoder as two functions, which decode a chunk and return what is still buffered.
+
+A decoder may return the packets, or append them to the list that it is given.
+"""
 
 
 class Peer(NamedTuple):
@@ -28,7 +33,7 @@ class Peer(NamedTuple):
 
     Attributes:
         name: its name and version.
-        read: decodes a stream.
+        open: returns a new decoder.
         facts: one of its packets -> the contents.
         told: one of our packets -> the contents that the peer should report.
         encode: commands -> frames; None if it has no encoder for the generation.
@@ -37,18 +42,33 @@ class Peer(NamedTuple):
     """
 
     name: str
-    read: Read
+    open: Open
     facts: Callable[[Any], tuple[object, ...]]
     told: Callable[[Packet], tuple[object, ...]]
     encode: Callable[[list[Command]], list[bytes]] | None = None
     silent: str = ""
     chunk: Callable[[bytes], Any] = bytes
 
+    def read(self, chunks: list[Any], take: Take) -> None:
+        """Decode the chunks of a stream; every codec is timed in this same loop."""
+        found: list[Any] = []
+        feed, flush = self.open(found)
+        for chunk in chunks:
+            try:
+                packets = feed(chunk)
+            except Exception:  # noqa: BLE001 - spherov2 raises half a dozen kinds
+                packets = None
+            if packets:
+                found += packets
+            take(found)
+            found.clear()
+        take([*flush()])
+
 
 def ours(generation: Generation) -> Peer:
     """Return the project's own codec."""
     return Peer(
-        "sphero-probe", partial(_read_ours, generation), tuple, tuple, partial(_encode_ours, generation)
+        "sphero-probe", partial(_open_ours, generation), tuple, tuple, partial(_encode_ours, generation)
     )
 
 
@@ -61,11 +81,18 @@ def peers(generation: Generation) -> Iterator[Peer | str]:
             yield f"{name} is left out: {error.name or error} is not installed, run {EXTRA}"
 
 
-def _read_ours(generation: Generation, chunks: list[bytes], take: Take) -> None:
+def no_codec() -> Peer:
+    """Return a codec that decodes nothing, to time the loop itself."""
+    return Peer("no codec", lambda _: (_ignore, tuple), tuple, tuple)
+
+
+def _ignore(_: bytes) -> None:
+    """Decode nothing."""
+
+
+def _open_ours(generation: Generation, _: list[Any]) -> tuple[Feed, Flush]:
     decoder = CODECS[generation].decoder(Role.HOST)
-    for chunk in chunks:
-        take(decoder.feed(chunk))
-    take(decoder.give_up())
+    return decoder.feed, decoder.give_up
 
 
 def _encode_ours(generation: Generation, commands: list[Command]) -> list[bytes]:
@@ -73,14 +100,8 @@ def _encode_ours(generation: Generation, commands: list[Command]) -> list[bytes]
     return [encode(command, number % 255) for number, command in enumerate(commands)]
 
 
-def _collected(collector: Callable[..., Any], chunks: list[bytes], take: Take) -> None:
-    found: list[Any] = []
-    add = collector(found.append).add
-    for chunk in chunks:
-        with suppress(Exception):  # spherov2 raises half a dozen kinds
-            add(chunk)
-        take(found)
-        found.clear()
+def _open_collector(collector: Callable[..., Any], found: list[Any]) -> tuple[Feed, Flush]:
+    return collector(found.append).add, tuple
 
 
 def _spherov2_second(name: str) -> Peer:
@@ -102,7 +123,7 @@ def _spherov2_second(name: str) -> Peer:
                 return (did, cid, seq, None, target, source, payload)
         return ()
 
-    return Peer(name, partial(_collected, packet.Collector), facts, told, encode)
+    return Peer(name, partial(_open_collector, packet.Collector), facts, told, encode)
 
 
 def _spherov2_first(name: str) -> Peer:
@@ -121,22 +142,17 @@ def _spherov2_first(name: str) -> Peer:
                 return (cid, payload)
         return ()
 
-    return Peer(name, partial(_collected, packet.Collector), facts, told, chunk=bytearray)
+    return Peer(name, partial(_open_collector, packet.Collector), facts, told, chunk=bytearray)
 
 
 def _rvr_mcp(name: str) -> Peer:
     build_packet = import_module("sphero_rvr_mcp.protocol.packet").build_packet
     dispatcher = import_module("sphero_rvr_mcp.protocol.dispatcher").SerialDispatcher
 
-    def read(chunks: list[bytes], take: Take) -> None:
-        found: list[Any] = []
+    def open_reader(found: list[Any]) -> tuple[Feed, Flush]:
         reader = dispatcher(None)
         reader._dispatch_response = found.append  # noqa: SLF001 - time its framing, not its matching
-        process = reader._process_data  # noqa: SLF001 - the only entry point without a thread
-        for chunk in chunks:
-            process(chunk)
-            take(found)
-            found.clear()
+        return reader._process_data, tuple  # noqa: SLF001 - the only entry point without a thread
 
     def encode(commands: Iterable[Command]) -> list[bytes]:
         return [build_packet(did, cid, target, payload, True) for did, cid, payload, target in commands]
@@ -150,7 +166,7 @@ def _rvr_mcp(name: str) -> Peer:
                 return (did, cid, seq, payload)
         return ()
 
-    return Peer(name, read, facts, told, encode, "code, target and source")
+    return Peer(name, open_reader, facts, told, encode, "code, target and source")
 
 
 _PEERS: dict[Generation, tuple[tuple[str, Callable[[str], Peer]], ...]] = {

@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.mark.unmeasured
 def test_the_codec_section_runs_and_names_every_peer(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--quick", "--only", "codec", "--rounds", "1", "--json"]) == 0
+    assert main(["--quick", "--only", "codec", "--rounds", "3", "--json"]) == 0
     entries = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     lines = [entry for entry in entries if entry["type"] == "line"]
     assert {entry["section"] for entry in entries} == {"codec"}
@@ -100,11 +100,13 @@ def test_a_missing_peer_is_named_with_the_command_that_installs_it(monkeypatch: 
 
 
 def test_a_peer_that_loses_frames_is_reported() -> None:
-    def deaf(chunks: list[bytes], take: peers.Take) -> None:
-        peers.ours(Generation.V2).read(chunks[1:], take)
+    def deaf(found: list[object]) -> tuple[peers.Feed, peers.Flush]:
+        feed, flush = peers.ours(Generation.V2).open(found)
+        first = iter([True])
+        return lambda chunk: None if next(first, False) else feed(chunk), flush
 
     corpus = second_generation(200)
-    poor = peers.ours(Generation.V2)._replace(name="a deaf peer", read=deaf)
+    poor = peers.ours(Generation.V2)._replace(name="a deaf peer", open=deaf)
     assert codec._loss(corpus, 244, peers.ours(Generation.V2)) == ""
     assert codec._loss(corpus, 244, poor).endswith("of 200 frames, 0 wrong")
     assert codec._encode_errors(poor, commands(20)) == ""
