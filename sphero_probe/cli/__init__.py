@@ -1,4 +1,4 @@
-"""The command line: parse, call, print. Nothing heavy is imported before a command needs it.
+"""The command line: parses, calls the layers below, prints. Heavy imports wait until a command needs them.
 
 ``group`` lists the commands; ``commands`` holds the options of each, ``actions`` its work; ``invoke`` runs
 a command line and turns errors into exit codes.
@@ -9,7 +9,7 @@ import sys
 
 from sphero_probe import __version__
 
-TYPE_CHECKING = False  # what typing has; importing it would double the time of --version
+TYPE_CHECKING = False  # as in typing; importing that would double the time of --version
 if TYPE_CHECKING:
     from typing import Final, NoReturn
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 NAME: "Final" = "sphero-probe"
 COMPLETE_VARIABLE: "Final" = "_SPHERO_PROBE_COMPLETE"
-"""Set by the completion scripts when they ask what to offer."""
+"""Set by the completion scripts when they ask for candidates."""
 
 
 def main() -> "NoReturn":
@@ -26,7 +26,7 @@ def main() -> "NoReturn":
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
     if COMPLETE_VARIABLE in os.environ:
-        from sphero_probe.cli.complete.shells import answer  # noqa: PLC0415 - --version needs none of it
+        from sphero_probe.cli.complete.shells import answer  # noqa: PLC0415 - --version does not need it
 
         sys.exit(answer())
     from sphero_probe.cli.invoke import run_and_exit  # noqa: PLC0415 - likewise
@@ -39,7 +39,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> "click.Group":
-    """Give the group with all its commands imported, as ``click-man`` looks for it beside ``main``."""
+    """Return the group with all its commands imported; ``click-man`` looks for it next to ``main``."""
     if name != "everything":
         raise AttributeError(name)
     from sphero_probe.cli import group  # noqa: PLC0415 - likewise

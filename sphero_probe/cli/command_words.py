@@ -1,4 +1,4 @@
-"""Reading one command that was typed as words, for ``send`` and ``listen --send``."""
+"""Parses one command typed as words, for ``send`` and ``listen --send``."""
 
 from sphero_probe.catalogue.naming import command_id, device_id, pair
 from sphero_probe.cli.parse import hex_bytes
@@ -7,21 +7,21 @@ from sphero_probe.protocol.packets import Generation
 
 
 def parse_command(what: tuple[str, ...], generation: Generation) -> tuple[tuple[int, int], bytes | None]:
-    """Return DID and CID, and the argument bytes, None where none are given, of words.
+    """Return DID and CID, and the argument bytes, None where there are none.
 
     Args:
         what: ``0x13 0x10 [HEX]``, ``0x13:0x10 [HEX]`` or ``NAME [HEX]``.
-        generation: the protocol whose names count.
+        generation: the protocol whose names are used.
 
     Raises:
-        UsageError: it makes no sense.
+        UsageError: the words are not a command.
     """
     if not what:
-        raise UsageError("send what?", "write: send 0x13 0x10")
+        raise UsageError("no command is given", "for example: sphero-probe send 0x13 0x10")
     first, *rest = what
     if first[:1].isdigit() and ":" not in first:
         if not rest:
-            raise UsageError("send what? a DID alone is no command", "write: send 0x13 0x10")
+            raise UsageError("a DID alone is not a command", "add the CID: sphero-probe send 0x13 0x10")
         ids = device_id(first, generation), command_id(rest.pop(0), generation)
     else:
         ids = pair(first, generation)

@@ -1,4 +1,4 @@
-"""Opening a session as the connect options say."""
+"""Opens a session with the connect options."""
 
 from contextlib import AbstractAsyncContextManager
 from time import monotonic
@@ -13,7 +13,7 @@ from sphero_probe.transports.base import OpenOptions
 def connect(
     options: ConnectOptions, consent: Consent, *, timeout: float | None = None
 ) -> AbstractAsyncContextManager[Session]:
-    """Return the session to enter; with ``verbose`` each step is printed with its time.
+    """Return the session to enter; ``verbose`` prints each step with its time.
 
     Args:
         options: which robot, and how to connect.

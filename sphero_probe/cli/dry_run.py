@@ -1,4 +1,4 @@
-"""Showing what a run would send, without touching the robot."""
+"""Shows what a run would send, without connecting to the robot."""
 
 import click
 
@@ -16,18 +16,18 @@ from sphero_probe.transports.registry import DeviceAddress
 def show_dry_run(
     output: Output, plan: Plan, address: DeviceAddress, consent: Consent, target: int | None
 ) -> None:
-    """Show the bytes that a run would send, and on standard error what a dry run leaves out.
+    """Show the bytes that a run would send; print on standard error what a dry run leaves out.
 
     Args:
-        output: where and how to show it.
+        output: where and how to print.
         plan: what would be asked.
         address: the robot's.
         consent: what is allowed.
         target: the address byte of the node, None to leave addresses out.
     """
     click.echo(
-        "dry run: nothing is sent. A real run first wakes the robot, reads its version and measures\n"
-        "whether it checks lengths; where it does not, what is unknown is withheld.",
+        "dry run: nothing is sent. A real run first wakes the robot, reads its firmware version and\n"
+        "measures whether it rejects wrong lengths; if it does not, unknown commands are blocked.",
         err=True,
     )
     robot = model_behind(address)

@@ -23,8 +23,8 @@ COMMANDS: Final[dict[str, str]] = {
     "explain": "Explain an error code or a command.",
     "catalog": "List the known commands.",
     "plan": "List, show and check probe plans.",
-    "report": "Show a run again, in any format.",
-    "runs": "List the runs whose journals are kept.",
+    "report": "Print a recorded run in any format.",
+    "runs": "List the recorded runs.",
     "doctor": "Check that this machine can reach a robot, and suggest fixes.",
     "completion": "Print the script that completes commands in a shell.",
 }
@@ -32,7 +32,7 @@ COMMANDS: Final[dict[str, str]] = {
 
 
 class LazyGroup(click.Group):
-    """A group whose members are modules named in ``COMMANDS``."""
+    """A group whose commands are the modules named in ``COMMANDS``."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands, in the order of ``COMMANDS``."""
@@ -61,7 +61,7 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> "list[CompletionItem[Any]]":
-        """Offer the commands without importing them, and the options."""
+        """Offer the commands, without importing them, and the options."""
         from click.shell_completion import CompletionItem  # noqa: PLC0415 - help does without
 
         offers = [CompletionItem(name, help=said) for name, said in COMMANDS.items()]
@@ -69,7 +69,7 @@ class LazyGroup(click.Group):
         return [*begun, *click.Command.shell_complete(self, ctx, incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands' lines without importing them."""
+        """Write a line for each command, without importing it."""
         del ctx
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
@@ -80,13 +80,14 @@ class LazyGroup(click.Group):
 def group() -> None:
     """Map what a Sphero robot can do, from the terminal.
 
-    It asks the robot first, proves that a probe is harmless before sending it, and says "inconclusive"
-    rather than a wrong word. No robot at hand? Try --device fake:bolt-plus.
+    It asks the robot first, measures whether the robot rejects wrong lengths before it probes unknown
+    commands, and reports "inconclusive" where the evidence is thin. No robot at hand? Try
+    --device fake:bolt-plus.
     """
 
 
 def whole_group() -> click.Group:
-    """Return the group with every command imported and each summed up in a sentence: a manual needs both."""
+    """Return the group with every command imported and its summary set, as a manual needs it."""
     context = click.Context(group)
     for name in COMMANDS:
         if command := group.get_command(context, name):

@@ -1,4 +1,4 @@
-"""Reading a file or a pipe that holds packets as bytes or as hex text, piece by piece."""
+"""Reads packets from a file or a pipe, as bytes or as hex text, piece by piece."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -28,16 +28,16 @@ _GAP: Final = 64
 
 
 def read_packets(file: BinaryIO, name: str) -> Iterator[bytes]:
-    """Yield a file's bytes as they come, hex text turned into the bytes it stands for; ``b""`` at the end.
+    """Yield a file's bytes as they arrive, hex text converted to bytes; ``b""`` at the end.
 
-    The first chunk decides whether the whole file is taken for hex text.
+    The first chunk decides whether the whole file is read as hex text.
 
     Args:
         file: what to read.
-        name: what it is called in messages.
+        name: of the file, for messages.
 
     Raises:
-        BadInputFileError: it begins as hex text and does not go on so.
+        BadInputFileError: it begins as hex text, and then holds something else.
     """
     read = getattr(file, "read1", file.read)
     chunks = iter(lambda: read(CHUNK), b"")
@@ -57,7 +57,7 @@ def unhexed(texts: Iterable[bytes], name: str) -> Iterator[bytes]:
 
     Args:
         texts: the pieces of the text.
-        name: what it is called in messages.
+        name: of the file, for messages.
 
     Raises:
         BadInputFileError: something in it is not hexadecimal, or may stand for different bytes: a token with
@@ -82,7 +82,7 @@ def unhexed(texts: Iterable[bytes], name: str) -> Iterator[bytes]:
         if wrong:
             raise BadInputFileError(
                 f"{name}: byte 0x{wrong[0][0]:02x} at offset {offset + wrong.start()} is not hexadecimal",
-                "hex text has digits, blanks, colons, commas, underscores and 0x, and nothing else",
+                "hex text holds only hex digits, blanks, colons, commas, underscores and 0x",
             )
         offset += len(text) - len(held)
     yield from _tokens(held, len(held), name, offset)

@@ -1,4 +1,4 @@
-"""Running a command line: every error becomes a line or two on standard error and an exit code."""
+"""Runs a command line; turns every error into a line or two on standard error and an exit code."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ from sphero_probe.errors import InterruptedRunError, OutputError, SpheroProbeErr
 
 BUG: Final = 70
 _HINT: Final = 4000
-"""Characters of a hint: a command line to copy is useful only as a whole."""
+"""Characters of a hint: a command line to copy must not be cut."""
 INTERRUPTED: Final = 130
 """128 and the number of SIGINT; the module with its name is not imported for that."""
 
@@ -44,7 +44,7 @@ def run(arguments: Sequence[str]) -> int:
         return INTERRUPTED
     except InterruptedRunError as stopped:
         return stopped.exit_code
-    except Exception:  # noqa: BLE001 - the last net: a bug is reported, not dumped
+    except Exception:  # noqa: BLE001 - a bug is reported, not dumped
         if debug:
             _show_traceback()
         return _report_bug()
@@ -94,7 +94,7 @@ def _cannot_write(error: OSError) -> int:
 
 
 def _tell(message: str, hint: str = "") -> None:
-    from sphero_probe.cli.messages import say  # noqa: PLC0415 - help needs none of the reports
+    from sphero_probe.cli.messages import say  # noqa: PLC0415 - help does not need the reports
 
     say(f"sphero-probe: {message}")
     if hint:

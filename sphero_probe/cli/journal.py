@@ -1,4 +1,4 @@
-"""The journal of a command: opened as its options say, and how to resume the run after an early end."""
+"""Opens the journal of a command, and prints how to resume a run that ended early."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from sphero_probe.runs.resume import RunJournal
 
 
 def run_journal(command: str, options: JournalOptions) -> RunJournal:
-    """Return the journal to enter; where none can be kept in the folder of runs, a warning is printed.
+    """Return the journal to enter; print a warning if none can be written in the folder of runs.
 
     Args:
         command: whose run it is: ``sweep``, ``send``, …
@@ -28,7 +28,7 @@ def run_journal(command: str, options: JournalOptions) -> RunJournal:
 
 @contextmanager
 def resume_hint(journal: RunJournal, device: str, consent: Consent) -> Iterator[None]:
-    """Print the command line that resumes the run, where it ends early.
+    """Print the command line that resumes the run, if it ends early.
 
     Args:
         journal: of the run.

@@ -1,4 +1,4 @@
-"""Messages for a person, on standard error."""
+"""Prints messages on standard error."""
 
 import sys
 from contextlib import suppress
@@ -10,7 +10,7 @@ from sphero_probe.reports.streams import takes_unicode
 def say(text: str, *, limit: int | None = 400) -> None:
     """Write a line to standard error, made harmless, above a progress bar if there is one.
 
-    ``click.echo`` would write into the bar. A standard error that is closed is ignored.
+    ``click.echo`` would write into the bar. A closed standard error is ignored.
 
     Args:
         text: may hold text from a robot or a file.

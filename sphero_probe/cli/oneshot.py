@@ -1,4 +1,4 @@
-"""Single commands for one robot: what ``send``, ``led`` and ``listen --send`` have in common."""
+"""Sends single commands to one robot, for ``send`` and ``led``."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -32,7 +32,7 @@ from sphero_probe.session.addressing import address_of, model_behind, port_behin
 from sphero_probe.session.session import Session
 
 CommandsFor = Callable[[Robot | None, int], tuple[Command, ...]]
-"""Makes the commands from the robot's model, None where it is not known, and the line's port nibble."""
+"""Makes the commands from the robot's model, None for an unknown one, and the port nibble of the link."""
 
 
 def send_commands(
@@ -89,10 +89,10 @@ def _plan(name: str, commands: tuple[Command, ...]) -> Plan:
 async def _ask_each(
     name: str, make: CommandsFor, session: Session, journal: RunJournal, found: list[Finding]
 ) -> None:
-    """Ask each command in turn, and add its finding to those found.
+    """Send each command in turn, and add its finding to ``found``.
 
     Raises:
-        SpheroProbeError: one failed; the rest is not asked.
+        SpheroProbeError: one failed; the rest is not sent.
     """
     failed: SpheroProbeError | None = None
     connection, link = session.connection, session.link

@@ -1,4 +1,4 @@
-"""The options that several commands share, one decorator a group; a command gets each group as one value.
+"""The options that several commands share: a decorator for each group, which a command gets as one value.
 
 ``--help`` imports this module, so it imports nothing but click.
 """
@@ -42,7 +42,7 @@ class Seconds(_TimeType):
         self.least, self.most = least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the seconds that a text means; a default is a number already."""
+        """Return the seconds that a text stands for; a default is a number already."""
         if isinstance(value, float):
             return value
         found = _TIME.fullmatch(value.strip())
@@ -50,7 +50,7 @@ class Seconds(_TimeType):
             self.fail(f"'{value}' is not a time; write it as 500ms, 2s, 1m or plain seconds", param, ctx)
         seconds = float(found[1]) * _UNITS[found[2]]
         if not self.least <= seconds <= self.most:
-            self.fail(f"'{value}' is not from {_spell(self.least)} to {_spell(self.most)}", param, ctx)
+            self.fail(f"'{value}' is not between {_spell(self.least)} and {_spell(self.most)}", param, ctx)
         return seconds
 
 
@@ -94,7 +94,7 @@ def device_options(function: Function, *, unnamed: str = "the only robot nearby"
             envvar="SPHERO_PROBE_DEVICE",
             metavar="ROBOT",
             callback=_check_device,
-            help=f"Name, its beginning (BP-12), address, or fake:bolt-plus; default: {unnamed}.",
+            help=f"Name or its beginning (BP-12), address, or fake:bolt-plus; default: {unnamed}.",
             shell_complete=offer("devices"),
         ),
         adapter_option("connecting_adapter"),
@@ -104,7 +104,7 @@ def device_options(function: Function, *, unnamed: str = "the only robot nearby"
             least=0.1,
             most=600,
             default=10.0,
-            about="For scanning, and again for each step of connecting.  [default: 10s]",
+            about="Limit for the scan, and for each step of connecting.  [default: 10s]",
         ),
         click.option(
             "-v", "--verbose", "connecting_verbose", is_flag=True, help="Show each step of connecting."
@@ -125,7 +125,7 @@ def adapter_option(name: str = "adapter") -> Function:
 
 def _check_device(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
     if value is not None and not value.strip():
-        raise click.BadParameter("names no robot; without it, the only robot nearby is used", ctx, param)
+        raise click.BadParameter("is empty; leave --device out to use the only robot nearby", ctx, param)
     return value or ""
 
 
@@ -139,7 +139,7 @@ def asking_options(function: Function) -> Function:
             "--target",
             "asking_target",
             metavar="NODE",
-            help="primary, secondary, 0x12 or none; default: the robot's usual node.",
+            help="Node: primary, secondary, 0x12 or none; default: the robot's usual node.",
             shell_complete=offer("nodes"),
         ),
         seconds_option(
@@ -151,7 +151,7 @@ def asking_options(function: Function) -> Function:
         ),
         *_consent(),
         click.option(
-            "--dry-run", "asking_dry_run", is_flag=True, help="Print the exact bytes and send nothing."
+            "--dry-run", "asking_dry_run", is_flag=True, help="Print the exact bytes; send nothing."
         ),
     )
 
@@ -168,7 +168,7 @@ def _consent() -> tuple[Function, Function]:
             "asking_allow",
             multiple=True,
             type=click.Choice(RISKS),
-            help="Allow a risk class, by name; may be repeated.",
+            help="Also allow this risk class; may be repeated.",
         ),
         click.option(
             "--confirm",
@@ -203,10 +203,10 @@ def journal_options(function: Function, *, resume: bool = False) -> Function:
             "--journal",
             "journal_file",
             metavar="FILE",
-            help="Keep the journal there.  [default: see sphero-probe runs]",
+            help="Write the journal to FILE.  [default: see sphero-probe runs]",
             shell_complete=offer("files"),
         ),
-        click.option("--no-journal", "journal_off", is_flag=True, help="Keep no journal of the run."),
+        click.option("--no-journal", "journal_off", is_flag=True, help="Write no journal."),
     )
 
 
@@ -228,7 +228,7 @@ def output_options(function: Function) -> Function:
             "--output",
             "output_file",
             metavar="FILE",
-            help=f"Write there instead of stdout; {', '.join(SUFFIXES)} choose the format.",
+            help=f"Write to FILE instead of stdout; {', '.join(SUFFIXES)} choose the format.",
             shell_complete=offer("files"),
         ),
         click.option(
@@ -261,7 +261,7 @@ def _gather(function: Function, name: str, kind: Callable[..., object], *options
 
 
 def _instead_of(function: Function, replacement: Function) -> Function:
-    """Let one function stand for another, with the options that it has already."""
+    """Return the replacement with the name, docstring and options of the function."""
     replacement.__doc__ = function.__doc__
     replacement.__name__ = function.__name__
     replacement.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Rows to a file or standard output, in the format and style that the output options say."""
+"""Writes rows to a file or standard output, as the output options say."""
 
 import os
 import shutil
@@ -21,12 +21,12 @@ _WIDTH = 100
 
 @contextmanager
 def report(output: Output, view: View, *, live: bool = False) -> Iterator[Report]:
-    """Open a report; on leaving, it is closed, and its file with it.
+    """Open a report; leaving the block closes it and its file.
 
     Args:
         output: where and how to write.
         view: the columns that the tabular formats show.
-        live: flush after every row, as far as the format writes row by row.
+        live: flush after every row, if the format writes row by row.
 
     Raises:
         OutputError: the file cannot be written.

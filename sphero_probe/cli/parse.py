@@ -1,4 +1,4 @@
-"""Reading hex bytes that were typed."""
+"""Parses hex bytes that were typed."""
 
 import re
 from typing import Final
@@ -57,5 +57,5 @@ def two_readings(digits: str) -> str:
 
 
 def is_hex(text: str) -> bool:
-    """Whether this can only be meant as hex bytes, well written or not."""
+    """Whether a text can only be meant as hex bytes, valid or not."""
     return bool(text) and all(HEX_TOKEN.fullmatch(token) for token in HEX_SEPARATOR.split(text) if token)

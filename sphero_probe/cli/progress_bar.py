@@ -1,4 +1,4 @@
-"""The progress bar on standard error: probes done, rate and time left; it is erased at the end."""
+"""A progress bar on standard error, erased at the end: probes done, rate, time left."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ _WIDEST: Final = 30
 
 
 class _AsciiConsole(Console):
-    """A terminal that shows ASCII only, whatever its stream takes."""
+    """A terminal that shows only ASCII, whatever its stream accepts."""
 
     @property
     def encoding(self) -> str:
@@ -29,7 +29,7 @@ class _TimeLeft(TimeRemainingColumn):
 
 @contextmanager
 def progress_bar(title: str, *, color: bool, unicode: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error; before the first probe is done, it says that the robot is calibrated.
+    """Show a bar on standard error; before the first probe is done, it says "calibrating".
 
     Args:
         title: the text before the bar.
@@ -37,7 +37,7 @@ def progress_bar(title: str, *, color: bool, unicode: bool) -> Iterator[Callable
         unicode: False keeps it within ASCII.
 
     Yields:
-        Takes how many probes are done, and of how many.
+        A function that takes the number of probes done and the total.
     """
     console = (Console if unicode else _AsciiConsole)(
         stderr=True, color_system="auto" if color else None, no_color=not color, highlight=False

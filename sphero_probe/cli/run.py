@@ -1,4 +1,4 @@
-"""Running a plan and reporting it: what ``sweep``, ``discover`` and ``info`` have in common."""
+"""Runs a plan, reports it and keeps its journal, for ``sweep``, ``discover`` and ``info``."""
 
 import sys
 from asyncio import Event
@@ -19,6 +19,7 @@ from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults
 from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
+from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.streams import takes_unicode, wants_color
 from sphero_probe.reports.views import FINDINGS
 from sphero_probe.runs.resume import RunJournal
@@ -29,7 +30,7 @@ from sphero_probe.session.session import Session
 def run_plan(
     plan: Plan, output: Output, connecting: ConnectOptions, asking: AskOptions, journal: RunJournal
 ) -> None:
-    """Ask a plan, report it and keep its journal.
+    """Run a plan, report it and keep its journal.
 
     Args:
         plan: what to ask.
@@ -39,14 +40,14 @@ def run_plan(
         journal: of the run, entered.
 
     Raises:
-        SpheroProbeError: the robot cannot be reached, or the link was lost beyond the last finding.
+        SpheroProbeError: the robot cannot be reached, or the link was lost.
         InterruptedRunError: a signal ended the run.
-        IncompleteError: something else did.
+        IncompleteError: part of the plan has no result for another reason; the message names it.
     """
     consent = Consent.of(asking.allow, asking.confirm)
     target = journal.check(plan, consent, asking.target)
     interrupts = Interrupts()
-    complete = False
+    complete, ending = False, RunEnding()
 
     async def work() -> None:
         nonlocal complete
@@ -57,7 +58,9 @@ def run_plan(
             with report(output, FINDINGS) as rows, progress(plan.name, output) as advance:
                 try:
                     async for record in run.records():
-                        rows.add(row_of(record))
+                        row = row_of(record)
+                        ending.add(row)
+                        rows.add(row)
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
@@ -68,7 +71,7 @@ def run_plan(
     with resume_hint(journal, connecting.device, consent):
         run_interruptible(interrupts, work())
         if not complete:
-            raise IncompleteError("the run ended before everything was asked")
+            raise IncompleteError(ending.message())
 
 
 def _warn_of_other_robot(plan: Plan, session: Session) -> None:
@@ -84,12 +87,12 @@ def start_run(
     interrupts: Interrupts,
     journal: RunJournal | None = None,
 ) -> Engine:
-    """Return a run that the first Ctrl-C stops cleanly, and that continues where its journal ends.
+    """Return a run that the first Ctrl-C stops cleanly, and that resumes what its journal holds.
 
     Args:
         plan: what to ask.
         session: with the robot.
-        target: the node as it was typed, None for the robot's usual one.
+        target: the node as typed, None for the robot's usual one.
         interrupts: of the command.
         journal: of the run, None to keep none.
     """
@@ -123,20 +126,20 @@ def row_of(record: Record) -> Row:
 def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]:
     """Show a bar with rate and time left while standard error is a terminal.
 
-    Where rows are printed on a terminal as they come, they show the progress themselves.
+    It is left out where rows are printed on a terminal as they arrive: they show the progress.
 
     Args:
         title: the text before the bar.
         output: where and how the rows are written.
 
     Yields:
-        Takes how many probes are done, and of how many.
+        A function that takes the number of probes done and the total.
     """
     rows_run = output.file is None and output.format != "table" and sys.stdout.isatty()
     if rows_run or not sys.stderr.isatty():
         yield lambda _done, _total: None
         return
-    from sphero_probe.cli.progress_bar import progress_bar  # noqa: PLC0415 - brings rich, which a pipe never needs
+    from sphero_probe.cli.progress_bar import progress_bar  # noqa: PLC0415 - imports rich, which a pipe never needs
 
     color, unicode = wants_color(output.color, sys.stderr), takes_unicode(sys.stderr)
     with progress_bar(title, color=color, unicode=unicode) as advance:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: the first one ends a command cleanly, the second at once."""
+"""Handles Ctrl-C and SIGTERM: the first ends a command cleanly, the second at once."""
 
 import asyncio
 import signal
@@ -12,10 +12,10 @@ _SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") 
 
 
 class Interrupts:
-    """What signals do to the running command.
+    """The signals that reach a running command.
 
     Attributes:
-        number: the first signal that came, None while none did.
+        number: of the first signal, None before one arrives.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class Interrupts:
         self._task: asyncio.Task[Any] | None = None
 
     def stop_politely(self, stop: asyncio.Event) -> None:
-        """From now on the first signal sets this event instead of ending everything."""
+        """Let the first signal set this event instead of cancelling the command."""
         self._stop = stop
 
     async def guard(self, work: Coroutine[Any, Any, None]) -> None:
@@ -59,13 +59,13 @@ class Interrupts:
         self.number = self.number or number
         if first and self._stop is not None:
             self._stop.set()
-            say("stopping after what is in flight; once more to stop at once")
+            say("stopping after the commands in flight; press Ctrl-C again to stop at once")
         elif self._task:
             self._task.cancel()
 
 
 def _on_orphan(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Let the errors pass that a dying bus leaves behind in futures nobody awaits any more."""
+    """Ignore the errors that a closing D-Bus connection leaves in abandoned futures."""
     if not isinstance(context.get("exception"), OSError | EOFError):
         loop.default_exception_handler(context)
 

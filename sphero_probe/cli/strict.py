@@ -1,10 +1,10 @@
-"""A command that refuses contradicting options instead of silently taking the last one."""
+"""A command class that reports contradicting options, where click would use the last one."""
 
 import click
 
 
 class StrictCommand(click.Command):
-    """A command that takes each option at most once, except those that are lists.
+    """A command that accepts each option once, except those that are lists.
 
     Options for the same parameter (``--json`` and ``--format``, ``--v1`` and ``--v2``) exclude each other.
     """

@@ -1,4 +1,4 @@
-"""The typed values that options become, before anything is done with them.
+"""The typed values of the options.
 
 ``--help`` imports this module, so it imports nothing of the layers below.
 """
@@ -10,9 +10,9 @@ from typing import Final, NamedTuple, Self
 from sphero_probe.errors import UsageError
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
-"""The risk classes as people type them; a copy of the catalogue's, to keep help light (a test compares)."""
+"""The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
 FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
-"""The names of the formats; a copy of the reports', likewise."""
+"""The names of the formats: a copy of the reports', for the same reason."""
 COLOURS: Final = ("auto", "always", "never")
 SUFFIXES: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
 """Suffix of an output file -> its format."""
@@ -38,10 +38,10 @@ class AskOptions(NamedTuple):
     """What may be sent, and to which node.
 
     Attributes:
-        target: the node as it was typed, None for the robot's usual one.
+        target: the node as typed, None for the robot's usual one.
         timeout: seconds until a command counts as silent, None to measure it.
         allow: the risk classes to allow.
-        confirm: the robot's name, to allow the class ``brick``; else empty.
+        confirm: the robot's name, to allow the class ``brick``; otherwise empty.
         dry_run: print what would be sent, and send nothing.
     """
 
@@ -67,10 +67,10 @@ class JournalOptions(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Where and how results are shown.
+    """Where and how results are written.
 
     Attributes:
-        chosen: the format that was asked for, None for the default of the place.
+        chosen: the format that was chosen, None for the default.
         file: a path, None for standard output.
         color: ``auto``, ``always`` or ``never``.
     """
@@ -90,15 +90,15 @@ class Output(NamedTuple):
 
     @classmethod
     def checked(cls, chosen: str | None, file: str | None, color: str) -> Self:
-        """Return the output that the options say.
+        """Return the output for these options.
 
         Raises:
-            UsageError: the suffix of the file stands for no format, and none was chosen.
+            UsageError: no format is chosen, and the suffix of the file is not known.
         """
         if file and not chosen and (suffix := _suffix(file)) and suffix not in SUFFIXES:
             raise UsageError(
-                f"{file}: no format is known for the suffix {suffix}",
-                f"known: {', '.join(SUFFIXES)}; or choose one with --format",
+                f"{file}: the suffix {suffix} stands for no format",
+                f"use {', '.join(SUFFIXES)}, or choose a format with --format",
             )
         return cls(chosen, file, color)
 

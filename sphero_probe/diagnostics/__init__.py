@@ -1,1 +1,1 @@
-"""Checks of this machine, its Bluetooth and a robot."""
+"""The checks of ``doctor``: this machine, its Bluetooth, a robot. The main class is ``checkup.Checkup``."""

@@ -1,6 +1,6 @@
-"""This machine's Bluetooth comes in, from the bus up to a short scan; a look at each part comes out.
+"""Checks this machine's Bluetooth, from D-Bus up to a short scan.
 
-A part that stands on one that is broken is skipped, so that what has to be mended stands out.
+A check that depends on a failed one is skipped, so that the cause stands out.
 """
 
 import os
@@ -20,7 +20,7 @@ from sphero_probe.transports.ble.wording import OLDEST_BLUEZ, SWITCH_ON
 from sphero_probe.transports.registry import scan
 
 LISTENING: Final = 1.0
-"""Seconds of the scan: enough to see that it is allowed, and most robots nearby."""
+"""Seconds of the scan: enough to see that scanning is allowed, and to hear most robots nearby."""
 
 _NAMED: Final = 5
 _GROUP: Final = "bluetooth"
@@ -30,17 +30,17 @@ ADAPTERS, SWITCHES, POWER, ROLE = "adapter", "radio switch", "power", "Bluetooth
 CONNECTED, SCAN = "robots in use", "scan"
 
 _INSIDE: Final = {
-    "a container": "share the host's bus: docker run -v /run/dbus:/run/dbus IMAGE; or run it on the host",
+    "a container": "share the host's D-Bus: docker run -v /run/dbus:/run/dbus IMAGE; or run on the host",
     "WSL": "WSL has no Bluetooth of its own: run it in Windows, or attach a USB adapter with usbipd",
 }
 
 
 async def check_bluetooth(tell: Tell, timeout: float, adapter: str) -> bool:
-    """Look at Bluetooth; whatever is wrong is told, not raised. Return whether a scan is possible.
+    """Check Bluetooth; problems are reported to ``tell``, not raised. Return whether a scan is possible.
 
     Args:
-        tell: takes what was found.
-        timeout: seconds for each look.
+        tell: takes each result.
+        timeout: seconds for each check.
         adapter: the adapter to use, empty for any.
     """
     broken = ""
@@ -64,7 +64,7 @@ async def check_bluetooth(tell: Tell, timeout: float, adapter: str) -> bool:
 
 
 def on_linux() -> bool:
-    """Tell whether Bluetooth is BlueZ here."""
+    """Whether this system uses BlueZ."""
     return platform.system() == "Linux"
 
 
@@ -99,10 +99,10 @@ async def _check_bus(tell: Tell, timeout: float) -> bool:
 async def _version(timeout: float) -> Look:
     found = await machine.bluez_version(timeout)
     if not found:
-        return Look(State.SKIPPED, "unknown: bluetoothctl, which tells it, is not here")
+        return Look(State.SKIPPED, "unknown: bluetoothctl is not installed")
     if within(found, f">={OLDEST_BLUEZ}"):
         return Look(State.OK, found)
-    return Look(State.FAIL, f"{found}, needed is {OLDEST_BLUEZ} or later", "install a newer BlueZ")
+    return Look(State.FAIL, f"{found}, but {OLDEST_BLUEZ} or later is needed", "install a newer BlueZ")
 
 
 async def _check_service(tell: Tell, timeout: float) -> machine.Sight | None:
@@ -121,7 +121,7 @@ async def _check_service(tell: Tell, timeout: float) -> machine.Sight | None:
 
 
 def _fix_for_denied(error: SpheroProbeError) -> str:
-    """What helps a user who was turned away, by the groups he is in; empty where that is not the matter."""
+    """Return the fix for a user who was denied access, by group membership; empty for other errors."""
     cause = error.__cause__
     name = str(cause.args[0]) if cause and cause.args else ""
     denied = isinstance(cause, PermissionError) or "AccessDenied" in name
@@ -129,14 +129,14 @@ def _fix_for_denied(error: SpheroProbeError) -> str:
         return ""
     user, member, active = membership()
     if active:
-        return f"{user} is in the group {_GROUP} already: ask the administrator for the D-Bus policy of BlueZ"
+        return f"{user} is in the group {_GROUP} already: check the D-Bus policy of BlueZ"
     if member:
-        return f"log out and in again: {user} is in the group {_GROUP}, this session is not yet"
+        return f"log out and in again: {user} is in the group {_GROUP}, but not yet in this session"
     return f"sudo usermod -aG {_GROUP} {user}, then log out and in again"
 
 
 def membership() -> tuple[str, bool, bool]:
-    """Return the user's name, whether he is in the group for Bluetooth, and whether this session is."""
+    """Return the user's name, and whether the user and this session are in the group for Bluetooth."""
     import grp  # noqa: PLC0415 - there is none on Windows
     import pwd  # noqa: PLC0415
 
@@ -152,17 +152,17 @@ def membership() -> tuple[str, bool, bool]:
 
 
 def _check_adapters(tell: Tell, sight: machine.Sight, wanted: str) -> str:
-    """Tell what the adapters are like; return what hinders a scan, empty where nothing does."""
+    """Report the adapters; return what prevents a scan, empty if nothing does."""
     there = sight.adapters
     usable = [one for one in there if not wanted or one.name == wanted]
     names = ", ".join(f"{one.name} {one.address}" for one in there)
     powered = [one for one in usable if one.powered]
     if not usable:
-        seen = f"there is no {wanted}; there are: {names}" if there else "none"
+        seen = f"no adapter {wanted}; found: {names}" if there else "none"
         fix = (
-            f"choose one of them: --adapter {there[0].name}"
+            f"use one of them: --adapter {there[0].name}"
             if there
-            else "plug one in; is its driver loaded?"
+            else "plug in an adapter, and check that its driver is loaded"
         )
         fix = fix if there or not surroundings() else _INSIDE[surroundings()]
         tell(ADAPTERS, Look(State.FAIL, seen, fix))
@@ -171,13 +171,15 @@ def _check_adapters(tell: Tell, sight: machine.Sight, wanted: str) -> str:
         _skip(tell, (POWER, ROLE), broken)
     else:
         several = len(powered) > 1
-        fix = f"any of them may be taken: choose one with --adapter {powered[0].name}" if several else ""
+        fix = f"any of them may be used; choose one with --adapter {powered[0].name}" if several else ""
         tell(ADAPTERS, Look(State.WARN if several else State.OK, names, fix))
         tell(SWITCHES, _switches(machine.switches(), hinders=not powered))
         tell(POWER, _power(usable, powered))
         tell(ROLE, _role(usable, powered))
         able = any(one.central for one in powered)
-        broken = ("" if able else "the adapter does not do Bluetooth LE") if powered else "the adapter is off"
+        broken = (
+            ("" if able else "the adapter does not support Bluetooth LE") if powered else "the adapter is off"
+        )
     tell(CONNECTED, _connected(sight.connected))
     return broken
 
@@ -190,7 +192,7 @@ def _power(usable: list[machine.Adapter], powered: list[machine.Adapter]) -> Loo
 
 
 def _role(usable: list[machine.Adapter], powered: list[machine.Adapter]) -> Look:
-    """Look for the role that scans and connects, among the adapters that are on if any is."""
+    """Check for the role that scans and connects, among the adapters that are on, if any."""
     looked_at = powered or usable
     able = [one.name for one in looked_at if one.central]
     unable = ", ".join(one.name for one in looked_at if not one.central)
@@ -198,12 +200,12 @@ def _role(usable: list[machine.Adapter], powered: list[machine.Adapter]) -> Look
         asleep = [one for one in usable if one.central]
         fix = "plug in an adapter for Bluetooth LE"
         if asleep:
-            fix = f"switch on {asleep[0].name}, which does: bluetoothctl select {asleep[0].address}, power on"
-        return Look(State.FAIL, f"{unable} does not connect to robots (no role central)", fix)
+            fix = f"switch on {asleep[0].name}, which can: bluetoothctl select {asleep[0].address}, power on"
+        return Look(State.FAIL, f"{unable} cannot connect to robots (no central role)", fix)
     if unable:
-        seen = f"{', '.join(able)} connects to robots, {unable} does not"
-        return Look(State.WARN, seen, f"choose: --adapter {able[0]}")
-    return Look(State.OK, f"{', '.join(able)} may connect to robots (role central)")
+        seen = f"{', '.join(able)} can connect to robots, {unable} cannot"
+        return Look(State.WARN, seen, f"use --adapter {able[0]}")
+    return Look(State.OK, f"{', '.join(able)} can connect to robots (central role)")
 
 
 def _switches(found: list[machine.Switch], *, hinders: bool) -> Look:
@@ -215,21 +217,21 @@ def _switches(found: list[machine.Switch], *, hinders: bool) -> Look:
     if soft:
         return Look(state, f"{soft} is blocked", "rfkill unblock bluetooth")
     if not found:
-        return Look(State.SKIPPED, "this system shows none")
+        return Look(State.SKIPPED, "this system reports none")
     return Look(State.OK, f"{', '.join(one.name for one in found)} not blocked")
 
 
 def _connected(peers: list[machine.Peer]) -> Look:
     robots = [peer for peer in peers if robot_by_prefix(peer.name)]
     if not robots:
-        return Look(State.OK, "none is connected to this machine")
+        return Look(State.OK, "no robot is connected to this machine")
     seen = ", ".join(f"{peer.name} {peer.address}" for peer in robots)
-    fix = f"no scan finds it: close what uses it, or bluetoothctl disconnect {robots[0].address}"
-    return Look(State.WARN, f"{seen} is connected to this machine already", fix)
+    fix = f"no scan finds it: close the program that uses it, or bluetoothctl disconnect {robots[0].address}"
+    return Look(State.WARN, f"{seen} is connected to this machine", fix)
 
 
 async def _scan(timeout: float, adapter: str) -> Look:
-    """Listen for a moment: what nobody permits fails here."""
+    """Scan for a moment: missing permissions show here."""
     try:
         async with step("scan", timeout + LISTENING):
             seen = await scan(OpenOptions(LISTENING, adapter), everything=True)
@@ -238,9 +240,9 @@ async def _scan(timeout: float, adapter: str) -> Look:
     heard = [one for one in seen if not one.connected]
     robots = [_robot(one) for one in heard if one.is_sphero]
     devices = f"{len(heard)} device{'' if len(heard) == 1 else 's'}"
-    said = f"permitted; in {LISTENING:g} s heard {devices}"
+    said = f"works; heard {devices} in {LISTENING:g} s"
     if not robots:
-        return Look(State.OK, f"{said}, no robot", f"should there be one: {WHY_UNHEARD}")
+        return Look(State.OK, f"{said}, no robot", f"if a robot is nearby: {WHY_UNHEARD}")
     more = f" and {len(robots) - _NAMED} more robots" if len(robots) > _NAMED else ""
     return Look(State.OK, f"{said}: {', '.join(robots[:_NAMED])}{more}")
 

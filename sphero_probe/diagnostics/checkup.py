@@ -1,4 +1,4 @@
-"""The doctor's round: the software, Bluetooth, this machine's surroundings, and a robot if one is named."""
+"""Runs all checks of ``doctor`` in order: software, Bluetooth, this machine, and a robot if one is named."""
 
 from collections.abc import Awaitable, Callable
 
@@ -13,10 +13,10 @@ Part = Callable[[], Awaitable[None]]
 
 
 class Checkup:
-    """One round of looks, from the software to the robot.
+    """One run of all checks, from the software to the robot.
 
     Attributes:
-        looks: what was found so far, under the names of the checks.
+        looks: the results so far, with the names of the checks.
     """
 
     def __init__(
@@ -33,15 +33,15 @@ class Checkup:
         self._reachable = self._does_without
 
     def parts(self) -> tuple[Part, ...]:
-        """Return what there is to look at, in order."""
+        """Return the groups of checks, in order."""
         machine = (self._software, self._bluetooth, self._surroundings)
         return (*machine, self._robot) if self._device else machine
 
     async def look_safely(self, part: Part) -> None:
-        """Look at one part; what the look itself stumbles over is told like what it finds."""
+        """Run one group of checks; an unexpected error becomes a result."""
         try:
             await part()
-        except Exception as error:  # noqa: BLE001 - this one has to work on a broken machine
+        except Exception as error:  # noqa: BLE001 - doctor must work on a broken machine
             tell = self._tell_besides if part == self._bluetooth else self._tell
             tell(part.__name__.strip("_"), _stumbled(error))
 
@@ -49,7 +49,7 @@ class Checkup:
         self.looks.append((name, look))
 
     def _tell_besides(self, name: str, look: Look) -> None:
-        """Tell what a robot that is not reached over Bluetooth LE can do without."""
+        """Report a check of Bluetooth; a failure is only a warning for a robot that does not use it."""
         besides = self._does_without and look.state is State.FAIL
         self._tell(name, look._replace(state=State.WARN) if besides else look)
 
@@ -73,15 +73,15 @@ class Checkup:
 
 
 def _looked(check: Callable[[], Look]) -> Look:
-    """What a check found; one that stumbles is a finding, too."""
+    """Return the result of a check; an unexpected error is a result too."""
     try:
         return check()
-    except Exception as error:  # noqa: BLE001 - this one has to work on a broken machine
+    except Exception as error:  # noqa: BLE001 - doctor must work on a broken machine
         return _stumbled(error)
 
 
 def _stumbled(error: Exception) -> Look:
     said = f"{type(error).__name__}: {error}"
     if isinstance(error, ImportError):
-        return Look(State.FAIL, said, "install it anew: pip install --force-reinstall sphero-probe")
-    return Look(State.FAIL, f"doctor stumbled: {said}", "please report this line")
+        return Look(State.FAIL, said, "reinstall: pip install --force-reinstall sphero-probe")
+    return Look(State.FAIL, f"this check failed unexpectedly: {said}", "please report this line")

@@ -1,4 +1,4 @@
-"""This machine comes in, what its software, its terminal and its folders are like comes out, a look each."""
+"""Checks this machine's software, serial ports, terminal and folders."""
 
 import os
 import platform
@@ -26,26 +26,26 @@ _NARROWEST: Final = 60
 
 
 def python() -> Look:
-    """Compare this Python with what the package needs."""
+    """Check the version of Python."""
     needed = _metadata("Requires-Python")
     seen = f"{platform.python_version()} ({platform.python_implementation()})"
     if within(platform.python_version(), needed):
         return Look(State.OK, seen)
-    return Look(State.FAIL, f"{seen}, needed is {needed}", "install a newer Python")
+    return Look(State.FAIL, f"{seen}, but {needed} is needed", "install a newer Python")
 
 
 def system() -> Look:
-    """Tell the operating system, and what it runs in."""
+    """Report the operating system, and what it runs in."""
     name = {"Darwin": "macOS"}.get(platform.system(), platform.system())
     seen = f"{name} {platform.release()} on {platform.machine()}"
     if platform.system() not in ("Linux", "Darwin", "Windows"):
-        return Look(State.WARN, seen, "Bluetooth is known to work on Linux, macOS and Windows")
+        return Look(State.WARN, seen, "Bluetooth is supported on Linux, macOS and Windows")
     inside = surroundings()
     return Look(State.OK, f"{seen}, inside {inside}" if inside else seen)
 
 
 def surroundings() -> str:
-    """Return what hides the machine's own Bluetooth from here: ``a container``, ``WSL``, or nothing."""
+    """Return what hides the machine's Bluetooth: ``a container``, ``WSL``, or nothing."""
     if "microsoft" in platform.release().lower():
         return "WSL"
     if os.environ.get("container") or any(map(os.path.exists, CONTAINER_MARKS)):  # noqa: SIM112 - systemd's
@@ -54,12 +54,12 @@ def surroundings() -> str:
 
 
 def tool() -> Look:
-    """Tell the version of this tool."""
+    """Report the version of this tool."""
     return Look(State.OK, __version__)
 
 
 def bleak() -> Look:
-    """Compare the Bluetooth library with the versions that this tool is made for."""
+    """Check the version of the Bluetooth library."""
     needed = _needed("bleak")
     install = f"install it: pip install 'bleak{needed}'"
     try:
@@ -67,26 +67,26 @@ def bleak() -> Look:
     except PackageNotFoundError:
         return Look(State.FAIL, "not installed", install)
     if not within(found, needed):
-        return Look(State.FAIL, f"{found}, needed is {needed}", install)
+        return Look(State.FAIL, f"{found}, but {needed} is needed", install)
     return Look(State.OK, found)
 
 
 def serial_library() -> Look:
-    """Look for the library that serial robots need."""
+    """Check the library for robots on a serial port."""
     try:
         found = version("serialx")
     except PackageNotFoundError:
         return Look(
-            State.WARN, "not installed; only robots at a serial port need it", f"install it: {serial.INSTALL}"
+            State.WARN, "not installed; only robots on a serial port need it", f"install it: {serial.INSTALL}"
         )
     needed = _needed("serialx")
     if within(found, needed):
         return Look(State.OK, f"serialx {found}")
-    return Look(State.WARN, f"serialx {found}, needed is {needed}", f"pip install 'serialx{needed}'")
+    return Look(State.WARN, f"serialx {found}, but {needed} is needed", f"pip install 'serialx{needed}'")
 
 
 def serial_ports() -> Look:
-    """List the serial ports, and those that this user may not open."""
+    """List the serial ports; warn of those that this user may not open."""
     try:
         listed = serial.ports()
     except UnavailableError as error:
@@ -94,19 +94,19 @@ def serial_ports() -> Look:
     closed = [port.path for port in listed if not _allowed(port.path)]
     if closed:
         return Look(
-            State.WARN, f"not allowed to use {', '.join(closed)}", f"for a robot there: {serial.ALLOW}"
+            State.WARN, f"not allowed to use {', '.join(closed)}", f"to use a robot there: {serial.ALLOW}"
         )
     named = [f"{port.path} ({port.description})" if port.description else port.path for port in listed]
     return Look(State.OK, ", ".join(named) or "none")
 
 
 def _allowed(port: str) -> bool:
-    """Tell whether this user may open a port; one that is no file, as on Windows, tells when it is opened."""
+    """Whether this user may open a port; where ports are not files, as on Windows, only opening tells."""
     return not os.path.exists(port) or os.access(port, os.R_OK | os.W_OK)  # noqa: PTH110 - quiet
 
 
 def terminal(stream: TextIO | None = None) -> Look:
-    """Tell what standard output can show."""
+    """Report what standard output can show."""
     stream = stream or sys.stdout
     encoding = stream.encoding or "unknown encoding"
     if not stream.isatty():
@@ -122,22 +122,22 @@ def terminal(stream: TextIO | None = None) -> Look:
         )
     )
     if width < _NARROWEST:
-        return Look(State.WARN, seen, f"make it {_NARROWEST} columns wide: tables take as many")
+        return Look(State.WARN, seen, f"make it at least {_NARROWEST} columns wide: tables need that")
     if not takes_unicode(stream):
-        return Look(State.WARN, f"{seen}: what is not ASCII is spelled out", "set LC_ALL=C.UTF-8")
+        return Look(State.WARN, f"{seen}: non-ASCII characters are escaped", "set LC_ALL=C.UTF-8")
     return Look(State.OK, seen)
 
 
 def journal_folder() -> Look:
-    """Look whether journals can be written."""
-    fix = "set XDG_STATE_HOME to a folder that you may write, or do without: --no-journal"
+    """Check that journals can be written."""
+    fix = "set XDG_STATE_HOME to a folder that you can write, or use --no-journal"
     try:
         folder = runs_folder()
     except SpheroProbeError as error:
         return Look(State.FAIL, str(error), fix)
     nearest = next(path for path in (folder, *folder.parents) if os.path.exists(path))  # noqa: PTH110 - quiet
     if not nearest.is_dir():
-        return Look(State.FAIL, f"{nearest} is no folder", fix)
+        return Look(State.FAIL, f"{nearest} is not a folder", fix)
     if not os.access(nearest, os.W_OK | os.X_OK):
         return Look(State.FAIL, f"not allowed to write {nearest}", fix)
     return Look(State.OK, str(folder))
@@ -149,7 +149,7 @@ SOFTWARE: Final[dict[str, Callable[[], Look]]] = {
     "sphero-probe": tool,
     "bleak": bleak,
 }
-"""What is looked at before Bluetooth, by name."""
+"""Name -> check, before Bluetooth."""
 
 SURROUNDINGS: Final[dict[str, Callable[[], Look]]] = {
     "serial library": serial_library,
@@ -157,14 +157,14 @@ SURROUNDINGS: Final[dict[str, Callable[[], Look]]] = {
     "terminal": terminal,
     "journals": journal_folder,
 }
-"""What is looked at after it, by name."""
+"""Name -> check, after Bluetooth."""
 
 
 def within(found: str, needed: str) -> bool:
-    """Tell whether a version fits bounds like ``>=3.0.2,<4``; bounds of any other kind are let pass.
+    """Whether a version is within bounds like ``>=3.0.2,<4``; other kinds of bounds are ignored.
 
     Args:
-        found: a version; what follows its leading numbers does not count.
+        found: a version; only its leading numbers count.
         needed: bounds, in any order.
     """
     have = _numbers(found)
@@ -173,7 +173,7 @@ def within(found: str, needed: str) -> bool:
 
 
 def _numbers(text: str) -> tuple[int, ...]:
-    """The leading numbers of a version, without zeros at the end."""
+    """Return the leading numbers of a version, without zeros at the end."""
     found = re.match(r"[0-9.]*", text)
     numbers = [int(part) for part in (found[0] if found else "").split(".") if part]
     while numbers and not numbers[-1]:
@@ -182,7 +182,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _needed(library: str) -> str:
-    """The versions of a library that this package asks for, empty where it was never installed as one."""
+    """Return the versions of a library that this package needs, empty if the package is not installed."""
     try:
         wanted = requires(PACKAGE) or []
     except PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""A robot's address comes in, how it is reached and how well it answers comes out, a look each."""
+"""Checks how a robot is reached, and how well it answers."""
 
 import re
 from collections.abc import Callable
@@ -26,8 +26,8 @@ _ATT_HEADER: Final = 3
 """Bytes of the MTU that a write does not carry [Bluetooth Core 5.2, Vol 3 Part F, 3.4.5.3]."""
 _BATTERY: Final = ("power.get_battery_percentage", "power.get_battery_voltage_state", "core.get_power_state")
 _WORD: Final = re.compile(r"[,:]")
-"""Ends the name of a step in what is told of it: ``connect, attempt 2``."""
-_UNTOLD: Final = "the robot does not tell"
+"""Ends the name of a step: ``connect, attempt 2``."""
+_UNTOLD: Final = "not reported by the robot"
 _WEAK: Final = ("low", "critical")
 
 CONNECTION, SERVICES, WRITES = "connection", "services", "write size"
@@ -36,7 +36,7 @@ _ALL: Final = (CONNECTION, SERVICES, WRITES, ROUND_TRIPS, FIRMWARE, BATTERY)
 
 
 class Steps:
-    """Keeps the time of each step of connecting."""
+    """Measures the time of each step of connecting."""
 
     def __init__(self, on_step: Callable[[str], None]) -> None:
         self._on_step = on_step
@@ -44,12 +44,12 @@ class Steps:
         self._steps: list[tuple[str, float]] = []
 
     def begin(self, name: str) -> None:
-        """Take in that a step begins."""
+        """Note that a step begins."""
         self._on_step(name)
         self._steps.append((name, monotonic()))
 
     def told(self) -> str:
-        """Return how long it all took, and each step; what was tried again counts together."""
+        """Return the total time, and that of each step; repeated attempts are added up."""
         now = monotonic()
         ended = [*(begun for _, begun in self._steps), now][1:]
         spent: dict[str, float] = {}
@@ -62,16 +62,16 @@ class Steps:
 
 
 def skip_robot(tell: Tell, reason: str) -> None:
-    """Tell of every check of a robot that it is not done."""
+    """Report every check of a robot as skipped."""
     for name in _ALL:
         tell(name, Look(State.SKIPPED, reason))
 
 
 async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: float) -> None:
-    """Connect to a robot and measure it; whatever is wrong is told, not raised.
+    """Connect to a robot and measure the link; problems are reported to ``tell``, not raised.
 
     Args:
-        tell: takes what was found.
+        tell: takes each result.
         device: its address.
         options: how to connect.
         timeout: seconds until an echo counts as lost.
@@ -92,21 +92,23 @@ async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: fl
             await _converse(told, connection, min(timeout, FIRST_TIMEOUT))
     except SpheroProbeError as error:
         if not waiting:
-            return  # it was lost when nothing was wanted of it any more
+            return  # lost after the last check
         if waiting[0] == CONNECTION:
             reason = "not connected"
-            fix = error.hint or "for addresses see: sphero-probe doctor --help"
+            fix = error.hint or "for addresses, see: sphero-probe doctor --help"
             look = Look(State.FAIL, f"{error}; gave up after {steps.told()}", fix)
         else:
             reason = "the link was lost"
-            look = Look(State.FAIL, str(error), error.hint or "bring the robot nearer; is it charged?")
+            look = Look(
+                State.FAIL, str(error), error.hint or "move the robot closer, and check that it is charged"
+            )
         told(waiting[0], look)
         for name in waiting:
             tell(name, Look(State.SKIPPED, reason))
 
 
 async def _converse(tell: Tell, connection: Connection, timeout: float) -> None:
-    """Measure what takes an open link.
+    """Run the checks that need an open link.
 
     Raises:
         LinkLostError: the robot is gone.
@@ -134,14 +136,14 @@ def _connection(connection: Connection, taken: str) -> Look:
 
 def _services(connection: Connection) -> Look:
     if not connection.services:
-        return Look(State.SKIPPED, "this kind of line has none")
+        return Look(State.SKIPPED, "this kind of link has none")
     return Look(State.OK, list_services(connection.services))
 
 
 def _writes(connection: Connection) -> Look:
     size = connection.write_size
     if size is None:
-        return Look(State.OK, "no limit on this kind of line")
+        return Look(State.OK, "no limit on this kind of link")
     return Look(State.OK, f"{size} bytes (MTU {size + _ATT_HEADER})")
 
 
@@ -150,20 +152,22 @@ def _round_trips(trips: RoundTrips, timeout: float) -> Look:
         return Look(State.SKIPPED, "no echo is known for this robot")
     if not trips.times:
         seen = f"none of {trips.sent} echoes came back within {timeout:g} s"
-        return Look(State.FAIL, seen, "wake the robot (shake it, take it off the charger) and try again")
+        return Look(State.FAIL, seen, "wake the robot (shake it, or take it off the charger) and try again")
     seen = (
         f"median {trips.median * 1000:.1f} ms, p95 {trips.p95 * 1000:.1f} ms, "
         f"{len(trips.times)} of {trips.sent} echoes came back"
     )
     if trips.lost:
-        return Look(State.WARN, seen, "bring the robot nearer; other radios at 2.4 GHz disturb it")
+        return Look(State.WARN, seen, "move the robot closer; other 2.4 GHz radios interfere")
     if trips.p95 > timeout / 2:
-        return Look(State.WARN, seen, "slow: bring the robot nearer, and close what else uses its radio")
+        return Look(
+            State.WARN, seen, "slow: move the robot closer, and close other programs that use Bluetooth"
+        )
     return Look(State.OK, seen)
 
 
 def _firmware(facts: list[Fact]) -> Look:
-    """The first fact of each node is its version; others stand in ``info``."""
+    """Report the first fact of each node, its version; ``info`` has the others."""
     versions: dict[object, object] = {}
     for fact in facts:
         versions.setdefault(fact.node, fact.value)

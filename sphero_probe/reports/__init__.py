@@ -1,5 +1,5 @@
-"""Findings to words and pictures: records of the layers below come in, text in the chosen format goes out.
+"""Renders the records of the layers below as text in the chosen format.
 
 ``rows`` makes records JSON-able, ``views`` says which columns a list has, ``registry`` opens a format, and
-``printable`` makes harmless what strangers wrote.
+``printable`` makes text from robots and files harmless.
 """

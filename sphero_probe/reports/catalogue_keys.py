@@ -1,4 +1,4 @@
-"""The keys of rows that show the catalogue: what is known of a command beyond its layouts, and LEDs."""
+"""The keys of catalogue rows: the evidence for a command, and the LEDs of a robot."""
 
 from sphero_probe.catalogue.leds import CHANNELS
 from sphero_probe.catalogue.model import CommandRow, LedGroup, Robot
@@ -6,7 +6,7 @@ from sphero_probe.catalogue.provenance import sightings_of, sources_for, switch_
 
 
 def evidence_keys(command: CommandRow) -> dict[str, object]:
-    """Return who vouches for a command, and where it was seen.
+    """Return the sources of a command, and where it was seen.
 
     ``provenance`` says which sources name each robot, ``firmware`` where the command was reported to exist or
     not, ``enabled_by`` what makes a robot send a notification, ``since`` the first firmware that has it.
@@ -30,7 +30,7 @@ def evidence_keys(command: CommandRow) -> dict[str, object]:
 
 
 def led_keys(robot: Robot, group: LedGroup) -> dict[str, object]:
-    """Return what is known of one lamp; ``channels`` are its bits by colour, or as ``brightness``."""
+    """Return the keys of one LED; ``channels`` are its bits by colour, or as ``brightness``."""
     channels = CHANNELS if len(group.bits) == len(CHANNELS) else ("brightness",)
     return {
         "robot": robot.key,

@@ -1,4 +1,4 @@
-"""Looks at this machine and its robot come in as values, their rows and the view that shows them come out."""
+"""The results of ``doctor``: their type, their rows, and the view that shows them."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -14,11 +14,11 @@ class State(StrEnum):
 
     OK = "ok"
     WARN = "warn"
-    """Something can be reached, not everything or not well."""
+    """It works, but not fully or not well."""
     FAIL = "fail"
-    """What hinders a robot from being reached."""
+    """No robot can be reached because of this."""
     SKIPPED = "skipped"
-    """Not looked at: it has no ground to stand on, or nothing here tells it."""
+    """Not checked: an earlier check failed, or it cannot be found out here."""
 
 
 class Look(NamedTuple):
@@ -26,8 +26,8 @@ class Look(NamedTuple):
 
     Attributes:
         state: how it ended.
-        seen: what was seen; may hold strangers' texts.
-        fix: what to do, empty where there is nothing to do.
+        seen: what was seen; may hold text from robots.
+        fix: what to do, empty for nothing.
     """
 
     state: State
@@ -45,7 +45,7 @@ def check_row(name: str, look: Look) -> Row:
 
 
 def _told(data: Data) -> str:
-    """What was seen, and what to do behind an arrow where there is something to do."""
+    """Return what was seen, and what to do after an arrow."""
     return " -> ".join(filter(None, (shown(data.get("seen")), shown(data.get("fix")))))
 
 
@@ -61,4 +61,4 @@ CHECKS: Final = View(
     ),
     "Nothing was checked.",
 )
-"""What ``doctor`` found, a line each."""
+"""The results of ``doctor``, one per line."""

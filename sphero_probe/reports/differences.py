@@ -1,16 +1,16 @@
-"""What a robot claims beside what was found: a comparison's details in, titles with ids out."""
+"""Lists how the findings of a run differ from the robot's own list of commands and from the catalogue."""
 
 from collections.abc import Mapping
 
-from sphero_probe.reports.ids import pair_spans
+from sphero_probe.reports.ids import pair_spans, spans
 
 
 def differences(note: Mapping[str, object]) -> list[tuple[str, list[str]]]:
-    """Return what a comparison found, a title and ids each."""
+    """Return the differences in a comparison note, each as a title and ids."""
     titles = {
-        "hidden": "hidden: exists, but the robot does not claim it",
-        "ghost": "ghost: claimed, but absent",
-        "unknown": "unknown: exists, and is in no catalogue",
+        "hidden": "hidden (exist, but not in the robot's list)",
+        "ghost": "ghost (in the robot's list, but absent)",
+        "unknown": "unknown (exist, but not in any catalogue)",
     }
     told: list[tuple[str, list[str]]] = []
     for key, title in titles.items():
@@ -24,4 +24,12 @@ def differences(note: Mapping[str, object]) -> list[tuple[str, list[str]]]:
         ]
         if pairs:
             told.append((f"{len(pairs)} {title}", pair_spans(dict.fromkeys(pairs))))
+    devices = note.get("ghost_devices")
+    dids = [
+        did
+        for device in (devices if isinstance(devices, list) else [])
+        if isinstance(device, dict) and isinstance(did := device.get("did"), int)
+    ]
+    if dids:
+        told.append((f"{len(dids)} ghost devices (in the robot's list, but absent)", spans(dids)))
     return told

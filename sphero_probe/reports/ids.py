@@ -1,4 +1,4 @@
-"""Many ids in few words: numbers and pairs come in, ranges such as ``0x1d-0x1f:0x00-0xff`` come out."""
+"""Writes many ids as ranges, such as ``0x1d-0x1f:0x00-0xff``."""
 
 from collections.abc import Iterable
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Rows as JSON: a row comes in, one object on one line comes out, in ASCII and harmless on a terminal."""
+"""Writes a row as one JSON object on one line, in ASCII and harmless on a terminal."""
 
 import json
 from math import isfinite
@@ -7,7 +7,7 @@ from typing import Final
 from sphero_probe.reports.rows import Row
 
 SCHEMA_VERSION: Final = 2
-"""Of the rows' keys and their meaning; stands in the first object of a document."""
+"""Version of the keys and their meaning, in the first object of a document."""
 
 
 _encode = json.JSONEncoder(allow_nan=False).encode  # json.dumps would make an encoder for every row
@@ -27,7 +27,7 @@ def object_text(row: Row, *, first: bool) -> str:
 
 
 def _finite(value: object) -> object:
-    """The same value with numbers that JSON does not know as texts: ``nan``, ``inf``, ``-inf``."""
+    """Return the value with numbers that JSON cannot hold as text: ``nan``, ``inf``, ``-inf``."""
     match value:
         case float() if not isfinite(value):
             return str(value)

@@ -1,6 +1,6 @@
-"""Puts the values of rows into words: raw text as people read it.
+"""Formats the values of rows as raw text for people.
 
-Every function takes whatever a row may hold, also what an untrusted file put there.
+Every function accepts whatever a row may hold, also from an untrusted file.
 """
 
 import re
@@ -45,7 +45,7 @@ def spaced_hex(value: object) -> str:
 
 
 def pair(data: Data) -> str:
-    """Return ``did`` and ``cid`` as ``0x13:0x10``, one of them alone where the other is not known."""
+    """Return ``did`` and ``cid`` as ``0x13:0x10``, or the one that is known."""
     return ":".join(filter(None, (hex_id(data.get("did")), hex_id(data.get("cid")))))
 
 
@@ -87,7 +87,7 @@ def _is_part(text: str, payload: str) -> bool:
 
 
 def outcome(data: Data) -> str:
-    """Return how asking one command ended: the answer, or that there was none."""
+    """Return how a probe ended: the answer, or that there was none."""
     attempts = data.get("attempts")
     if data.get("code") is not None:
         return answer(data)
@@ -95,7 +95,7 @@ def outcome(data: Data) -> str:
 
 
 def content(data: Data) -> str:
-    """Return what the payload says: LEDs and fields where they are known, its bytes otherwise."""
+    """Return the payload: LEDs and fields if they are known, its bytes otherwise."""
     return leds(data) or fields(data) or spaced_hex(data.get("payload"))
 
 
@@ -113,25 +113,25 @@ def answer(data: Data) -> str:
 
 
 def packet(data: Data) -> str:
-    """Return what a packet says: its code, its content, or what is wrong with it and its bytes."""
+    """Return a packet in words: its code and content, or what is wrong with it and its bytes."""
     if data.get("kind") == "malformed":
         return f"{shown(data.get('reason'))}: {spaced_hex(data.get('raw'))}"
     return remarked(answer(data), data.get("note"))
 
 
 def note(data: Data) -> str:
-    """Return a note in a line: its text and what it says."""
+    """Return a note in one line: its text and its content."""
     says = content(data) or spaced_hex(data.get("raw"))
     return f"{shown(data.get('text'))}: {says}" if says else shown(data.get("text"))
 
 
 def remarked(text: str, remark: object) -> str:
-    """Return the text with a remark in brackets, where there is one."""
+    """Return the text with a remark in brackets, if there is one."""
     return f"{text} ({remark})".lstrip() if remark else text
 
 
 def addresses(data: Data) -> str:
-    """Return who a packet is from and to: ``0x12 to 0x01``, ``to 0x12``, ``from 0x12``."""
+    """Return the addresses of a packet: ``0x12 to 0x01``, ``to 0x12``, ``from 0x12``."""
     source, target = hex_id(data.get("source")), hex_id(data.get("target"))
     if source and target:
         return f"{source} to {target}"
@@ -173,7 +173,7 @@ def firmware(data: Data) -> str:
 
 
 def sightings(value: object) -> str:
-    """Return the same for scripts: ``rvr@8.3.432:1=exists``, one word each."""
+    """Return the same for scripts, one word each: ``rvr@8.3.432:1=exists``."""
     return " ".join(
         f"{shown(one.get('robot'))}@{shown(one.get('firmware'))}"
         f"{':' + shown(one.get('node')) if one.get('node') is not None else ''}"
@@ -192,7 +192,7 @@ def provenance(value: object) -> str:
 
 
 def catalogue_remark(data: Data) -> str:
-    """Return why a command may not be there: firmware that lacks it, an untested source."""
+    """Return why a command may be missing: firmware without it, an untested source."""
     seen = data.get("firmware")
     lacks = [
         f"{shown(one.get('robot'))} {shown(one.get('firmware'))}"
@@ -216,7 +216,7 @@ def channels(data: Data) -> str:
 
 
 def switch(data: Data) -> str:
-    """Return what makes a robot send a notification, and the first firmware that has it."""
+    """Return the command that enables a notification, and the first firmware that has it."""
     words = [shown(data.get("enabled_by"))]
     if since := shown(data.get("since")):
         words.append(f"firmware {since} or later")
@@ -224,7 +224,7 @@ def switch(data: Data) -> str:
 
 
 def layout(value: object) -> str:
-    """Return the layout of a payload for people: nothing may be known of it, or it may have no bytes."""
+    """Return the layout of a payload for people: ``unknown``, or ``nothing`` for no bytes."""
     return "unknown" if value is None else _VALUE_NAMES.sub("", shown(value)) or "nothing"
 
 
@@ -242,7 +242,7 @@ def exchanged(data: Data) -> str:
 
 
 def role(data: Data) -> str:
-    """Return the risk class of a command, or that it is none."""
+    """Return the risk class of a command, or ``notification``."""
     return "notification" if data.get("kind") == "notification" else shown(data.get("risk"))
 
 
@@ -252,7 +252,7 @@ def measured(data: Data) -> str:
 
 
 def found(data: Data) -> str:
-    """Return the outcomes of a run that there are: ``8 exists, 239 absent``."""
+    """Return the outcomes of a run, without zeros: ``8 exists, 239 absent``."""
     counts = data.get("counts")
     held = counts.items() if isinstance(counts, dict) else ()
     return ", ".join(f"{shown(count)} {shown(word)}" for word, count in held if count)

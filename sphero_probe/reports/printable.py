@@ -1,8 +1,8 @@
-r"""The output boundary: text from anywhere comes in, text that only shows what it says goes out.
+r"""Escapes what is invisible in a text or would control a terminal. All output passes through here.
 
-What cannot be seen, or does something to a terminal instead of being seen, is spelled out: ``\n``, ``\x1b``,
-``\u202e``, ``\U000e0041``. A backslash of the text itself is doubled only where it could be taken for the
-start of such a spelling, so that every result can be read back in one way while ``C:\plans`` stays as it is.
+Escapes look like ``\n``, ``\x1b``, ``\u202e``, ``\U000e0041``. A backslash of the text itself is doubled only
+where it could be read as the start of an escape: every result can be read back in one way, and ``C:\plans``
+stays as it is.
 """
 
 import re
@@ -10,11 +10,11 @@ from typing import Final
 from unicodedata import category
 
 LIMIT: Final = 200
-"""Characters of a stranger's text that are shown where nothing else is asked for."""
+"""Characters of untrusted text that are shown by default."""
 
 _SHORT: Final = {"\t": r"\t", "\n": r"\n", "\r": r"\r"}
 _STARTS: Final = frozenset("\\tnrxuU")
-"""What may follow the backslash of a spelling of ours."""
+"""What may follow the backslash of an escape."""
 _BLANK: Final = frozenset(
     (
         0x034F,  # combining grapheme joiner
@@ -33,24 +33,24 @@ _BLANK: Final = frozenset(
 """Code points that count as printable and yet show nothing [Unicode: Default_Ignorable_Code_Point]."""
 _MARKS: Final = frozenset(("Mn", "Me"))
 _MARKS_IN_A_ROW: Final = 2
-"""Combining marks that one character may carry; more of them climb into the lines above and below."""
+"""Combining marks that one character may have; more would reach into the lines above and below."""
 _FORMULA: Final = frozenset("=+-@\uff1d\uff0b\uff0d\uff20")
 _PLAIN_NUMBER: Final = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?", re.ASCII)
 
 
 def visible(text: str, *, limit: int | None = LIMIT, unicode: bool = True) -> str:
-    r"""Return the text with everything that is not plainly visible spelled out.
+    r"""Return the text with everything that is not plainly visible escaped.
 
-    Spelled out are control, format, surrogate, private and unassigned characters, every separator but the
+    Escaped are control, format, surrogate, private and unassigned characters, every separator but the
     space, invisible letters, and combining marks beyond two in a row.
 
     Args:
         text: any text, lone surrogates included.
-        limit: characters of the result; what is longer ends in an ellipsis. None for no limit.
-        unicode: False spells out everything that is not ASCII, too.
+        limit: characters of the result; a longer one ends in an ellipsis. None for no limit.
+        unicode: False also escapes everything that is not ASCII.
 
     Returns:
-        One line. No spelling is ever cut in two.
+        One line. An escape is never cut in two.
     """
     within = limit is None or len(text) <= limit
     if within and text.isascii() and text.isprintable() and "\\" not in text:
@@ -66,10 +66,10 @@ def visible(text: str, *, limit: int | None = LIMIT, unicode: bool = True) -> st
 
 
 def csv_cell(text: str, *, unicode: bool = True) -> str:
-    """Return the text as a spreadsheet may hold it: visible, uncut, and never a formula.
+    """Return the text for a spreadsheet: visible, complete, and never a formula.
 
-    What a spreadsheet would compute (``=``, ``+``, ``-``, ``@`` or a tab in front) gets a leading apostrophe,
-    unless it is a plain number.
+    Text that a spreadsheet would compute (``=``, ``+``, ``-``, ``@`` or a tab in front) gets a leading
+    apostrophe, unless it is a plain number.
     """
     shown = visible(text, limit=None, unicode=unicode)
     risky = text[:1] in ("\t", "\r", "\n") or text.lstrip()[:1] in _FORMULA
@@ -77,7 +77,7 @@ def csv_cell(text: str, *, unicode: bool = True) -> str:
 
 
 def _pieces(text: str, *, unicode: bool) -> list[str]:
-    """One piece per character, as it will be shown."""
+    """Return one piece per character, as it is shown."""
     pieces: list[str] = []
     marks = 0
     for char in text:

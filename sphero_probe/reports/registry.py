@@ -1,6 +1,6 @@
-"""The formats of a report: a name, a stream, a view and a style come in, an open report comes out.
+"""Lists the formats of a report and opens one.
 
-A format is a module with a function ``report(out, *, view, style)`` and its line in ``FORMATS``. It is
+A format is a module with a function ``report(out, *, view, style)`` and a line in ``FORMATS``. It is
 imported when it is chosen.
 """
 
@@ -22,10 +22,10 @@ FORMATS: Final[dict[str, str]] = {
 
 
 class Style(NamedTuple):
-    """What the place that is written to can show.
+    """What the output stream can show.
 
     Attributes:
-        width: columns; tables need 60 and take them.
+        width: columns; a table uses at least 60.
         color: colour may be used; nothing is said by colour alone.
         unicode: False keeps everything within ASCII.
     """
@@ -36,7 +36,7 @@ class Style(NamedTuple):
 
 
 class Report(Protocol):
-    """Rows in, text out on the stream it was opened with, which stays open."""
+    """Writes rows to the stream it was opened with; the stream stays open."""
 
     def add(self, row: Row) -> None:
         """Take the next row.
@@ -47,7 +47,7 @@ class Report(Protocol):
         ...
 
     def close(self) -> None:
-        """Write what is left; nothing is added afterwards.
+        """Write the rest; no row may be added afterwards.
 
         Raises:
             OSError: the stream cannot be written.

@@ -1,7 +1,7 @@
 """Turns records of every layer into rows: JSON-able, keys in a fixed order, the same for every format.
 
-In a row ids and codes are integers, bytes are lower-case hex strings without blanks, times are RFC 3339
-texts, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. What is not known is null.
+In a row, ids and codes are integers, bytes are lower-case hex strings without blanks, times are RFC 3339
+strings, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. Unknown values are null.
 """
 
 from collections.abc import Iterable
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from sphero_probe.probing.facts import Fact
 
 UNKNOWN_SPHERO: Final = "unknown Sphero"
-"""The model of a robot whose services are a Sphero's and whose name is not."""
+"""The model of a robot that has the services of a Sphero and an unknown name."""
 
 
 class Row(NamedTuple):
@@ -42,7 +42,7 @@ class Row(NamedTuple):
 
 
 def heading_row(heading: Heading) -> Row:
-    """Return the row that a run starts with."""
+    """Return the first row of a run."""
     return Row(
         "run",
         {
@@ -60,10 +60,10 @@ def heading_row(heading: Heading) -> Row:
 
 
 def finding_row(finding: Finding) -> Row:
-    """Return the row of a finding; what an answer would tell is null where none came.
+    """Return the row of a finding; the keys of an answer are null if none arrived.
 
-    ``fields`` are those of a successful answer, by the catalogue's layout, ``units`` their units. What in
-    such an answer does not fit the layout is told at the end of ``note``.
+    ``fields`` are those of a successful answer, by the catalogue's layout, ``units`` their units. If the
+    answer does not fit the layout, the end of ``note`` says how.
     """
     known = finding.knowledge
     exchange = finding.exchange
@@ -96,12 +96,12 @@ def finding_row(finding: Finding) -> Row:
 
 
 def note_row(note: Note) -> Row:
-    """Return the row of a remark, its details beside the text."""
+    """Return the row of a note, with its details as further keys."""
     return Row("note", {"kind": note.kind, "text": note.text} | note.data)
 
 
 def summary_row(summary: Summary) -> Row:
-    """Return the row that a run ends with; every outcome is counted, zeros too."""
+    """Return the last row of a run; it counts every outcome, zeros included."""
     return Row(
         "summary",
         {
@@ -115,9 +115,9 @@ def summary_row(summary: Summary) -> Row:
 
 
 def robot_row(seen: Seen) -> Row:
-    """Return the row of a robot of a scan; ``rssi`` is in dBm, null where the robot was not heard.
+    """Return the row of a robot of a scan; ``rssi`` is in dBm, null for a robot that was not heard.
 
-    ``connected`` is there, and true, for a robot that is connected to this machine already.
+    ``connected`` is present, and true, for a robot that is connected to this machine.
     """
     model = seen.robot.name if seen.robot else UNKNOWN_SPHERO if seen.is_sphero else None
     generation = seen.robot.generation if seen.robot else seen.generation
@@ -168,12 +168,12 @@ def command_row(command: CommandRow) -> Row:
 
 
 def led_row(robot: Robot, group: LedGroup) -> Row:
-    """Return the row of a robot's lamp."""
+    """Return the row of a robot's LED."""
     return Row("led", led_keys(robot, group))
 
 
 def planned_row(planned: "PlannedProbe") -> Row:
-    """Return the row of a probe of a dry run; ``sent`` are the bytes that would go out."""
+    """Return the row of a probe of a dry run; ``sent`` are the bytes that would be sent."""
     command, known = planned.command, planned.knowledge
     return Row(
         "planned",
@@ -192,7 +192,7 @@ def planned_row(planned: "PlannedProbe") -> Row:
 
 
 def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[str]) -> Row:
-    """Return the row of a plan; ``robots`` are keys, none of them for any robot."""
+    """Return the row of a plan; ``robots`` are keys, empty for any robot."""
     return Row(
         "plan",
         {"name": name, "summary": summary, "file": str(file) if file else None, "robots": list(robots)},
@@ -200,7 +200,7 @@ def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[
 
 
 def code_row(generation: Generation, code: int) -> Row:
-    """Return the row of an answer's code; ``proves`` says what it tells about the command that was sent."""
+    """Return the row of an answer's code; ``proves`` says what it tells about the command."""
     codec = CODECS[generation]
     verdict = codec.verdict(code)
     data: dict[str, object] = {"generation": generation.value, "code": code, "name": codec.code_name(code)}
@@ -208,6 +208,6 @@ def code_row(generation: Generation, code: int) -> Row:
 
 
 def fact_row(fact: "Fact") -> Row:
-    """Return the row of what a robot says about itself; ``node`` is a node's name, null for the robot."""
+    """Return the row of a fact that a robot reports; ``node`` is a node's name, null for the robot."""
     name, value, unit, node = fact
     return Row("fact", {"name": name, "value": value, "unit": unit, "node": node or None})

@@ -1,4 +1,4 @@
-"""Journals as rows: what is known of a run's file comes in, a row of the list of runs comes out."""
+"""Makes the rows of the list of runs, one per journal file."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ def run_file_row(
     complete: bool = False,
     problem: str = "",
 ) -> Row:
-    """Return the row of a journal; of a broken one little is known but the ``problem``."""
+    """Return the row of a journal; of a broken one, little more than the ``problem`` is known."""
     return Row(
         "run_file",
         {

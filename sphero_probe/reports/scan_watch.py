@@ -1,4 +1,4 @@
-"""Robots as they are heard come in, with the time; what is new and a table that is always now go out."""
+"""The live table of ``scan --watch``: it keeps the robots that were heard, and draws them."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple, Self, TextIO
@@ -21,12 +21,12 @@ _HINT: Final = "; Ctrl-C ends"
 
 
 class _Column(NamedTuple):
-    """One column: what of it is shown, and how it gives way where the terminal is narrow.
+    """One column, and how it shrinks on a narrow terminal.
 
     Attributes:
         title: its heading.
-        least: columns that it keeps, unless it needs fewer.
-        goes: when it is left out: 1 first, then 2; 0 never.
+        least: the smallest width, unless it needs less.
+        goes: when it is left out: 1 first, then 2, then 3; 0 never.
         right: aligned to the right.
     """
 
@@ -47,25 +47,25 @@ _COLUMNS: Final = (
 
 
 class Sighting(NamedTuple):
-    """A robot and the time in seconds at which it was heard last."""
+    """A robot, and when it was last heard, in seconds."""
 
     seen: Seen
     at: float
 
 
 class Sightings:
-    """Everyone that was heard, one entry for each address; the time comes in by the door."""
+    """The robots that were heard, one entry per address; callers pass the time."""
 
     def __init__(self) -> None:
         self._all: dict[str, Sighting] = {}
         self._told: dict[str, tuple[object, ...]] = {}
 
     def hear(self, seen: Seen, now: float) -> None:
-        """Take in a robot that is heard at this moment."""
+        """Add a robot that is heard now."""
         self._all[seen.address] = Sighting(seen, now)
 
     def news(self) -> Iterator[Seen]:
-        """Return who appeared or changed name, model or connection since this was asked last."""
+        """Return the robots that appeared, or changed name, model or connection, since the last call."""
         for address, (seen, _) in self._all.items():
             told = seen._replace(rssi=None)
             if self._told.get(address) != told:
@@ -73,7 +73,7 @@ class Sightings:
                 yield seen
 
     def listed(self) -> list[Sighting]:
-        """Return everyone in an order that depends on names alone: Spheros first, the nameless last."""
+        """Return all robots, ordered by name alone: Spheros first, those without a name last."""
         return sorted(self._all.values(), key=_by_name)
 
 
@@ -91,7 +91,7 @@ def page(
     unicode: bool = True,
     hint: str = _HINT,
 ) -> Text:
-    """Return the table of this moment, a line a robot, never larger than the terminal.
+    """Return the table as of now, one line per robot, never larger than the terminal.
 
     Robots that do not fit are counted; those that are gone are left out first.
 
@@ -123,7 +123,7 @@ def page(
 
 def _count(sightings: Sequence[Sighting], gone: int, left_out: int) -> str:
     if not sightings:
-        return "listening, nobody was heard so far"
+        return "listening, no robot heard yet"
     connected = sum(sighting.seen.connected for sighting in sightings)
     counts = (
         (len(sightings) - gone, "near"),
@@ -155,7 +155,7 @@ def _heard(sighting: Sighting, now: float) -> str:
 
 
 def _duration(seconds: float) -> str:
-    """Return a time in its largest unit, nothing for less than a second."""
+    """Return a time in its largest unit, empty below a second."""
     for size, unit in ((3600, "h"), (60, "min"), (1, "s")):
         if seconds >= size:
             return f"{seconds // size:.0f} {unit}"
@@ -178,7 +178,9 @@ class _Table:
             max([cell_len(column.title), *(cell_len(row[at]) for row in rows)])
             for at, column in enumerate(_COLUMNS)
         ]
-        self._widths[-1] = max(self._widths[-1], _COLUMNS[-1].least)  # nothing jumps when somebody goes
+        self._widths[-1] = max(
+            self._widths[-1], _COLUMNS[-1].least
+        )  # the table does not jump when a robot goes
         self._kept = list(range(len(_COLUMNS)))
         self._fit()
         self.width = self._total(self._widths)
@@ -209,7 +211,7 @@ class _Table:
 
 
 def _clipped(text: str, size: int, *, unicode: bool) -> str:
-    """Return the text in at most so many columns, with an ellipsis where it is longer."""
+    """Return the text in at most so many columns; a longer one ends in an ellipsis."""
     if cell_len(text) <= size:
         return text
     ellipsis = "…" if unicode else "..."
@@ -218,7 +220,7 @@ def _clipped(text: str, size: int, *, unicode: bool) -> str:
 
 
 class LiveTable:
-    """A table on a terminal that is drawn over itself; the last one stays when it is left."""
+    """A table on a terminal that is redrawn in place; the last one stays on the screen."""
 
     def __init__(self, out: TextIO, *, color: bool, unicode: bool) -> None:
         self._console = Console(
@@ -247,7 +249,7 @@ class LiveTable:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leave the last table as it is, and show the cursor."""
+        """Leave the last table on the screen, and show the cursor."""
         try:
             if self._last:
                 self._live.update(self._page(*self._last, hint=""), refresh=True)
@@ -255,7 +257,7 @@ class LiveTable:
             self._live.stop()
 
     def draw(self, sightings: Sequence[Sighting], now: float) -> None:
-        """Draw the table of this moment, if it differs from the one that is there.
+        """Draw the table as of now, if it differs from the one on the screen.
 
         Raises:
             OSError: the terminal is gone.

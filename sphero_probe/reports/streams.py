@@ -1,4 +1,4 @@
-"""What an output stream can show: colour, and characters beyond ASCII."""
+"""Tells whether an output stream can show colour, and characters beyond ASCII."""
 
 import os
 import sys
@@ -8,7 +8,7 @@ from typing import TextIO
 def takes_unicode(stream: TextIO) -> bool:
     """Tell whether all characters may be written to a stream.
 
-    In the C locale the interpreter writes UTF-8 all the same, which a terminal of that locale does not show.
+    In the C locale Python still writes UTF-8, which a terminal of that locale does not show.
     """
     if stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__) and _is_plain_c():
         return False

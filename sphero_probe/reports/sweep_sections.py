@@ -1,4 +1,4 @@
-"""A run in words: its rows come in, the sections and sentences of its table come out as raw text."""
+"""Writes the sections and sentences of a run's table, as raw text."""
 
 import re
 from collections import Counter
@@ -21,19 +21,23 @@ UNKNOWN: Final = "not in any catalogue"
 NEW: Final = "NEW"
 MAYBE: Final = "maybe"
 _NAMED_AT_MOST: Final = 6
-"""Withheld commands of one reason that are told with their names; of more, only the ids are."""
+"""Blocked commands of one reason that are shown with their names; of more, only the ids are shown."""
 _DOTTED_NAME: Final = re.compile(r"\b[a-z]\w*\.[a-z]\w*\b", re.ASCII)
+_NOT_ASKED: Final = re.compile(
+    rf"(?<=: ){_DOTTED_NAME.pattern}(?:: documented, not asked(?: at a wrong length)?)?(?= \()", re.ASCII
+)
+"""A reason that is only a name, or a name and that it was not asked."""
 _REMARKS_SHOWN: Final = 3
 _REMARK_WORDS: Final = {
     "notification": ("notification", "notifications"),
-    "late": ("late or foreign answer", "late or foreign answers"),
+    "late": ("late or unmatched response", "late or unmatched responses"),
     "malformed": ("malformed frame", "malformed frames"),
     "run": ("event of the run", "events of the run"),
 }
 
 
 class FindingLine(NamedTuple):
-    """A finding as the table needs it.
+    """A finding as the table shows it.
 
     Attributes:
         number: place in the run.
@@ -41,8 +45,8 @@ class FindingLine(NamedTuple):
         did: device id.
         cid: command id.
         name: None where no catalogue knows the pair.
-        outcome: the word.
-        maybe: the word is not certain.
+        outcome: as in the row.
+        maybe: the outcome is not certain; only runs of version 0.1.0 have such findings.
         code: what was answered, ``0x02 bad command id``, empty without an answer.
         says: the answer in words.
         note: a remark, or empty.
@@ -68,18 +72,23 @@ class FindingLine(NamedTuple):
 
     @property
     def mark(self) -> str:
-        """What is to be said before anything else, or nothing."""
+        """The mark before the ids, or nothing."""
         return MAYBE if self.maybe else NEW if self.new else ""
 
     @property
     def remark(self) -> str:
-        """The note, unless it only says why the word is not certain."""
+        """The note, unless it only says why the outcome is not certain."""
         return "" if self.maybe else self.note
 
     @property
+    def exists(self) -> bool:
+        """Whether the command certainly exists."""
+        return self.outcome == Outcome.EXISTS.value and not self.maybe
+
+    @property
     def new(self) -> bool:
-        """It exists, and no catalogue knows it."""
-        return self.name is None and self.outcome == Outcome.EXISTS.value
+        """Whether it exists, and no catalogue has it."""
+        return self.name is None and self.exists
 
 
 class Section(NamedTuple):
@@ -88,7 +97,7 @@ class Section(NamedTuple):
     Attributes:
         title: one line.
         lines: the findings, by number.
-        crowd: many of them are better told by their ids alone.
+        crowd: if they are many, only their ids are shown.
     """
 
     title: str
@@ -123,40 +132,17 @@ def line_of(data: Data, robot: Robot | None) -> FindingLine:
     )
 
 
-def heading_lines(heading: Data, places: Sequence[str], calibration: Sequence[str]) -> list[str]:
-    """Return who was asked, what, by whose leave, when, and what calibration measured.
-
-    Args:
-        heading: the data of the run's row.
-        places: the names of the nodes that were asked.
-        calibration: a sentence for each node that was measured, as the run told it.
-    """
-    firmware, strictness = heading.get("firmware"), heading.get("strictness")
-    versions = shown(firmware) if firmware else "not told"
-    measured = list(calibration)
-    if not measured and isinstance(strictness, dict):
-        measured = [f"{node}: {shown(said)}" for node, said in strictness.items()]
-    where = f" on {places[0]}" if len(places) == 1 else ""
-    return [
-        f"{shown(heading.get('model'))} {shown(heading.get('device'))}, firmware: {versions}",
-        f"Plan {shown(heading.get('plan'))}{where}, allowed: {shown(heading.get('consent'))}",
-        f"Started {shown(heading.get('started'))}, sphero-probe {shown(heading.get('tool_version'))}",
-        *(f"Length check, {text}" for text in measured),
-    ]
-
-
-def calibration_lines(notes: Sequence[Data]) -> list[str]:
-    """Return what calibration measured: a sentence for each node, and the last count of its evidence."""
-    lines = [shown(note.get("text")) for note in notes if note.get("kind") == "calibration"]
-    evidence = {str(note.get("target")): note for note in notes if note.get("kind") == "evidence"}
-    return [*lines, *(shown(note.get("text")) for note in evidence.values())]
+def places(lines: Iterable[FindingLine]) -> list[str]:
+    """Return the names of the nodes that have more than absent commands; of all nodes where none has."""
+    nodes = {line.node for line in lines if line.outcome != Outcome.ABSENT.value}
+    return sorted(nodes or {line.node for line in lines})
 
 
 def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]:
-    """Return what is worth a line each: the new first, then the known, the silent, the unsettled."""
-    exists = [line for line in lines if line.outcome == Outcome.EXISTS.value]
-    new = tuple(line for line in exists if line.new and not line.maybe)
-    perhaps = tuple(line for line in exists if line.new and line.maybe)
+    """Return what is shown: the new commands first, then known, uncertain, silent and inconclusive ones."""
+    exists = [line for line in lines if line.exists]
+    new = tuple(line for line in exists if line.new)
+    perhaps = tuple(line for line in lines if line.outcome == Outcome.EXISTS.value and line.maybe)
     known = sorted(
         (line for line in exists if line.name is not None), key=lambda line: (line.did, line.number)
     )
@@ -167,7 +153,7 @@ def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]
         held = tuple(group)
         made.append(Section(f"{device_name(did, held, robot)} 0x{did:02x}".lstrip(), held))
     made += [
-        Section(f"{NEW}, {MAYBE}: {_commands(perhaps)}, {UNKNOWN}", perhaps, crowd=True),
+        Section(f"{MAYBE.capitalize()}: {_commands(perhaps)} that may exist", perhaps, crowd=True),
         Section(f"Silent: {_commands(silent)} without an answer", silent, crowd=True),
         Section(f"Inconclusive: {_commands(unsettled)} that could not be settled", unsettled, crowd=True),
     ]
@@ -175,14 +161,14 @@ def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]
 
 
 def device_name(did: int, lines: Iterable[FindingLine], robot: Robot | None) -> str:
-    """Return a device's name as the robot's protocol has it, or as the names of its commands tell it."""
+    """Return a device's name from the robot's protocol, or from the names of its commands."""
     if robot:
         return DEVICE_NAMES[robot.generation].get(did, "")
     return next((line.name.partition(".")[0] for line in lines if line.name and "." in line.name), "")
 
 
 def short_name(line: FindingLine, title: str) -> str:
-    """Return a command's name without the device that its section's title tells."""
+    """Return a command's name without the device, if the section's title has it."""
     if line.name is None:
         return UNKNOWN
     device, dot, rest = line.name.partition(".")
@@ -190,7 +176,7 @@ def short_name(line: FindingLine, title: str) -> str:
 
 
 def crowds(lines: Iterable[FindingLine], *, apart: bool) -> list[tuple[str, list[str]]]:
-    """Return many lines by what they have in common: what was said, and the ids."""
+    """Group many lines by their answer; return each answer with the ids."""
     alike: dict[str, list[FindingLine]] = {}
     for line in lines:
         alike.setdefault(phrases.remarked(line.says, line.remark), []).append(line)
@@ -198,22 +184,27 @@ def crowds(lines: Iterable[FindingLine], *, apart: bool) -> list[tuple[str, list
 
 
 def ids(lines: Iterable[FindingLine], *, apart: bool) -> list[str]:
-    """Return the ids of many lines as ranges, after the name of their node where wanted."""
+    """Return the ids of many lines as ranges; the first of each node after the node's name if wanted."""
     pairs: dict[str, list[tuple[int, int]]] = {}
     for line in lines:
         pairs.setdefault(f"{line.node} " if apart else "", []).append((line.did, line.cid))
-    return [f"{node}{span}" for node, held in pairs.items() for span in pair_spans(held)]
+    return [
+        span if at else f"{node}{span}"
+        for node, held in pairs.items()
+        for at, span in enumerate(pair_spans(held))
+    ]
 
 
-def withheld(lines: Iterable[FindingLine], times: str, *, apart: bool) -> list[tuple[str, list[str]]]:
-    """Return what was not asked: ``3 x persist: … (--allow persist)`` and the ids, few of them with names.
+def blocked(lines: Iterable[FindingLine], times: str, *, apart: bool) -> list[tuple[str, list[str]]]:
+    """Return what was blocked: ``3 x persist: … (--allow persist)`` and the ids, with names if they are few.
 
-    Reasons that differ only in the command they name are one.
+    Reasons that differ only in the command they name are merged.
     """
     reasons: dict[str, list[FindingLine]] = {}
     for line in lines:
         if line.outcome == Outcome.SKIPPED.value:
-            reasons.setdefault(_DOTTED_NAME.sub("a documented command", line.note), []).append(line)
+            reason = _NOT_ASKED.sub("documented, not asked", line.note)
+            reasons.setdefault(_DOTTED_NAME.sub("a documented command", reason), []).append(line)
     told: list[tuple[str, list[str]]] = []
     for reason, held in sorted(reasons.items()):
         if len(held) <= _NAMED_AT_MOST and all(line.name for line in held):
@@ -228,20 +219,20 @@ def withheld(lines: Iterable[FindingLine], times: str, *, apart: bool) -> list[t
 
 
 def doubts(lines: Iterable[FindingLine]) -> list[str]:
-    """Return why what is marked ``maybe`` is not certain, each reason once."""
+    """Return why findings are marked ``maybe``, each reason once."""
     reasons = dict.fromkeys(line.note or "this is not certain" for line in lines if line.maybe)
     return [f"{MAYBE}: {reason}" for reason in reasons]
 
 
 def not_shown(lines: Iterable[FindingLine], times: str) -> str:
-    """Return the absent ones by code: ``Not shown: 231 x 0x02 bad command id``, empty where there is none."""
+    """Return the absent commands by code: ``Not shown: 231 x 0x02 bad command id``; empty for none."""
     codes = Counter(line.code or "absent" for line in lines if line.outcome == Outcome.ABSENT.value)
     counted = ", ".join(f"{count} {times} {code}" for code, count in sorted(codes.items()))
-    return f"Not shown: {counted} (or hidden)" if counted else ""
+    return f"Not shown: {counted} (absent, or hidden from this client)" if counted else ""
 
 
 def latest(findings: Iterable[Data]) -> list[Data]:
-    """Return the last finding of each number: what verifying found replaces what it verified."""
+    """Return the last finding of each number: verification replaces what it verified."""
     last: dict[int | str, Data] = {}
     for at, data in enumerate(findings):
         number = data.get("number")
@@ -250,7 +241,7 @@ def latest(findings: Iterable[Data]) -> list[Data]:
 
 
 def remarks(notes: Iterable[Data], times: str) -> list[str]:
-    """Return a line for each kind of note, with the first few different ones of it."""
+    """Return a line for each kind of note, with the first few different texts."""
     kinds: dict[str, Counter[str]] = {}
     for note in notes:
         kinds.setdefault(shown(note.get("kind")), Counter())[shown(note.get("text"))] += 1
@@ -269,23 +260,26 @@ def remarks(notes: Iterable[Data], times: str) -> list[str]:
 
 
 def ending(summary: Data, lines: Sequence[FindingLine]) -> str:
-    """Return the run in a sentence: ``256 probes in 1.2 s: 12 exist, 231 absent``."""
+    """Return the run in a sentence: ``256 probes: 12 exist, 244 absent; 260 frames sent in 1.2 s``."""
     held = summary.get("counts")
     counts = {str(word): _number(count) for word, count in held.items()} if isinstance(held, dict) else {}
     total = sum(counts.values())
     if not total:
         return "Nothing was asked: the run had no probes."
-    maybe = sum(line.maybe for line in lines)
-    words = {"exists": "exist", "skipped": "withheld"}
+    exists = Outcome.EXISTS.value
+    maybe = sum(line.maybe and line.outcome == exists for line in lines)
+    counts = {exists: 0} | counts
+    counts[exists] = max(0, counts[exists] - maybe)
+    words = {exists: "exist", Outcome.SKIPPED.value: "blocked"}
     told = [
-        f"{count} {words.get(word, word)}" + (f" ({maybe} {MAYBE})" if word == "exists" and maybe else "")
-        for word, count in counts.items()
-        if count or word == Outcome.EXISTS.value
+        f"{count} {words.get(word, word)}"
+        for word, count in (*counts.items(), (MAYBE, maybe))
+        if count or word == exists
     ]
-    probes, frames = _counted(total, "probe"), _counted(_number(summary.get("frames_sent")), "frame")
     seconds = summary.get("seconds")
     took = f" in {seconds:.1f} s" if isinstance(seconds, int | float) else ""
-    return f"{probes}{took}, {frames} sent: {', '.join(told)}"
+    frames = _counted(_number(summary.get("frames_sent")), "frame")
+    return f"{_counted(total, 'probe')}: {', '.join(told)}; {frames} sent{took}"
 
 
 def _commands(lines: Sequence[FindingLine]) -> str:

@@ -1,7 +1,7 @@
-"""A page for people: raw lines and cells come in, laid out in a width they go out, in colour where wanted.
+"""Lays out raw lines and cells in the width of a terminal, in colour if wanted.
 
-Everything that reaches the page passes ``printable.visible`` here, and nothing in it is taken for markup.
-Long cells are folded, never cut: at blanks, else behind ``_ . , / : -``, else inside a word.
+All text passes ``printable.visible`` here, and none of it is read as markup. Long cells are folded, never
+cut: at blanks, else after ``_ . , / : -``, else inside a word.
 """
 
 import re
@@ -19,11 +19,11 @@ from sphero_probe.reports.printable import visible
 from sphero_probe.reports.registry import Style
 
 NARROWEST: Final = 60
-"""Columns below which a page is not squeezed any further."""
+"""The least width of a page."""
 GAP: Final = 2
 """Columns between two columns of a grid."""
 _LEAST: Final = 8
-"""Columns that each foldable cell can have whatever the others would like."""
+"""Columns that each foldable cell gets in any case."""
 _JOINT: Final = re.compile(r"(?<=[_.,/:-])")
 _RULE: Final = "    \n    \n -- \n    \n    \n    \n    \n    \n"
 
@@ -45,7 +45,7 @@ class Shape(NamedTuple):
 
 
 class TerminalWriter:
-    """Collects a page and writes it when asked to."""
+    """Collects a page, and writes it at the end."""
 
     def __init__(self, out: TextIO, style: Style) -> None:
         self.width = max(style.width, NARROWEST)
@@ -69,13 +69,13 @@ class TerminalWriter:
         self._box = Box(_RULE.replace("-", "─") if style.unicode else _RULE, ascii=not style.unicode)
 
     def say(self, text: str, look: str = "", *, indent: int = 0, limit: int | None = None) -> None:
-        """Write a paragraph; its first line hangs two columns out of the others.
+        """Write a paragraph; all lines but the first are indented by two columns.
 
         Args:
             text: raw.
             look: a style by the names of rich.
             indent: columns before the first line.
-            limit: characters that are shown at most, None for all.
+            limit: the most characters to show, None for all.
         """
         shown = visible(text, limit=limit, unicode=self.unicode)
         lines = fold(shown, self.width - indent - GAP)
@@ -83,7 +83,7 @@ class TerminalWriter:
             self._print(line, indent + (GAP if number else 0), look)
 
     def items(self, items: Iterable[str], *, indent: int) -> None:
-        """Write raw items with commas between, broken into lines between items where one fits in a line."""
+        """Write raw items with commas between them, breaking lines between items where possible."""
         room = self.width - indent
         line = ""
         for item in items:
@@ -104,7 +104,7 @@ class TerminalWriter:
             self._console.print()
 
     def widths(self, shapes: Sequence[Shape], rows: Iterable[Sequence[str]]) -> list[int]:
-        """Return the width of each column for these raw rows: what it needs, or a fair share of the room."""
+        """Return the width of each column for these raw rows: what it needs, or a fair share."""
         needs = [cell_len(shape.title) for shape in shapes]
         for row in rows:
             for at, cell in enumerate(row):
@@ -112,7 +112,7 @@ class TerminalWriter:
         room = self.width - GAP * (len(shapes) - 1)
         whole = sorted((at for at, shape in enumerate(shapes) if shape.whole), key=lambda at: needs[at])
         while whole and room - sum(needs[at] for at in whole) < _LEAST * (len(shapes) - len(whole)):
-            whole.pop()  # a cell that nobody expected to be so long
+            whole.pop()  # a cell that is longer than expected
         room -= sum(needs[at] for at in whole)
         foldable = sorted(set(range(len(shapes))).difference(whole), key=lambda at: needs[at])
         for rank, at in enumerate(foldable):
@@ -128,7 +128,7 @@ class TerminalWriter:
         *,
         heading: bool = True,
     ) -> None:
-        """Write raw rows in columns of the given widths, under their titles where wanted."""
+        """Write raw rows in columns of the given widths, under their titles if wanted."""
         table = Table(
             box=self._box if heading else None,
             show_header=heading,
@@ -182,7 +182,7 @@ def fold(text: str, width: int) -> list[str]:
 
 
 def _fold_word(word: str, width: int) -> list[str]:
-    """A word in lines: whole where it fits, else broken behind its joints, else anywhere."""
+    """Return a word in lines: whole if it fits, else broken after its joints, else anywhere."""
     if cell_len(word) <= width:
         return [word]
     lines = [""]

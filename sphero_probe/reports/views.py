@@ -1,7 +1,7 @@
-"""Which columns a row type has and how its values read: a row's data comes in, raw texts of cells come out.
+"""Defines the columns of each type of row, and how their cells read.
 
-The texts are raw: each format makes them visible in its own way. The record columns (``plain``, ``csv``)
-bear the names of the row's keys and stand in their order; scripts count on it, so a new one goes to the end.
+Cells are raw text: each format makes them visible in its own way. The record columns (``plain``, ``csv``)
+have the names and the order of the row's keys. Scripts depend on that, so a new column goes to the end.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class View(NamedTuple):
     Attributes:
         type: the rows it shows.
         columns: in order.
-        empty: what a table says when there is no row.
+        empty: what a table says without a row.
         upright: a table shows each row as lines of title and value.
     """
 
@@ -142,7 +142,7 @@ NOTES: Final = View(
     ),
     "Nothing was heard.",
 )
-"""What is heard besides, as ``listen`` lists it."""
+"""Notes: what was heard besides the answers."""
 
 ROBOTS: Final = View(
     "robot",
@@ -154,7 +154,7 @@ ROBOTS: Final = View(
         _both("rssi", "RSSI dBm", right=True, whole=True),
         _table("Note", lambda data: "connected to this machine" if data.get("connected") else ""),
     ),
-    "No robots.",
+    "No robots found.",
 )
 
 PACKETS: Final = View(
@@ -179,7 +179,7 @@ PACKETS: Final = View(
 )
 
 HEARD: Final = View("packet", (_both("time", whole=True), *PACKETS.columns), "Nothing was heard.")
-"""Packets with the time they came at, as ``listen`` shows them."""
+"""Packets with the time they arrived, as ``listen`` shows them."""
 
 _COMMAND_RECORD: Final = (
     *_record("generation"),
@@ -208,7 +208,7 @@ COMMANDS: Final = View(
     ),
     "No known command.",
 )
-"""The catalogue, a line each."""
+"""The catalogue, one line per command."""
 
 COMMAND: Final = View(
     "command",
@@ -219,9 +219,9 @@ COMMAND: Final = View(
         _table("Takes -> gives", phrases.exchanged),
         _table("Robots", lambda data: phrases.robots(data.get("robots"))),
         _table("Known from", lambda data: shown(data.get("sources"))),
-        _table("Less sure", phrases.weak_provenance),
+        _table("Uncertain", phrases.weak_provenance),
         _table("Firmware", phrases.firmware),
-        _table("Switched on by", phrases.switch),
+        _table("Enabled by", phrases.switch),
         _table("Also called", lambda data: shown(data.get("aliases"))),
         _table("Note", lambda data: shown(data.get("note"))),
     ),
@@ -242,11 +242,11 @@ PLANNED: Final = View(
         _both("risk", whole=True),
         *_record("payload", show=spaced_hex),
         _both("sent", "Bytes", spaced_hex),
-        _both("withheld", "Withheld because"),
+        _both("withheld", "Blocked because"),
     ),
     "No probes.",
 )
-"""What would be sent, and what would not."""
+"""What a run would send, and what it would block."""
 
 LEDS: Final = View(
     "led",
@@ -258,7 +258,7 @@ LEDS: Final = View(
         _table("Also", lambda data: shown(data.get("aliases"))),
         _table("Channels", phrases.channels),
     ),
-    "No LEDs are known of this robot.",
+    "No LEDs are known for this robot.",
 )
 """The LEDs of a robot, as ``led --list`` shows them."""
 
@@ -281,7 +281,7 @@ CODES: Final = View(
         _both("code", "Code", hex_id, whole=True),
         _both("name"),
         _both("meaning"),
-        _both("proves", "What it proves"),
+        _both("proves", "What it tells"),
     ),
     "No codes.",
 )
@@ -294,12 +294,12 @@ FACTS: Final = View(
         _table("Value", phrases.measured),
         _both("node"),
     ),
-    "The robot told nothing about itself.",
+    "The robot reported nothing about itself.",
 )
 
 
 def _name_of_run(data: Data) -> str:
-    """The file's name as ``report`` takes it: when, which robot, which plan."""
+    """Return the file's name as ``report`` takes it: when, which robot, which plan."""
     return shown(data.get("file")).replace("\\", "/").rpartition("/")[2].removesuffix(".jsonl")
 
 
@@ -314,6 +314,6 @@ RUNS: Final = View(
         _table("End", phrases.end_of_run),
         *_record("file", "problem"),
     ),
-    "No runs are kept yet.",
+    "No runs are recorded yet.",
 )
 """Journals, as ``runs`` lists them."""

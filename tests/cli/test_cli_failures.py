@@ -27,7 +27,10 @@ USAGE = 2
         pytest.param(("sweep", "--did", "-1", *FAKE), USAGE, "", id="negative"),
         pytest.param(("sweep", *FAKE), USAGE, "nothing to sweep", id="nothing-to-sweep"),
         pytest.param(
-            ("sweep", "--plan", "hello", "--did", "0x13", *FAKE), USAGE, "--plan says", id="plan-and-did"
+            ("sweep", "--plan", "hello", "--did", "0x13", *FAKE),
+            USAGE,
+            "--plan cannot be combined with --did",
+            id="plan-and-did",
         ),
         pytest.param(
             ("sweep", "--did", "0x13", "--payload", "012", *FAKE), USAGE, "odd number", id="odd-payload"
@@ -57,7 +60,7 @@ USAGE = 2
         pytest.param(("info", "--device", "fake:bolt?latency=15"), USAGE, "15", id="time-without-unit"),
         pytest.param(("info", "--device", "fake:"), USAGE, "names no robot", id="no-model"),
         pytest.param(("info", "--device", "fak:bolt"), USAGE, "did you mean 'fake:'", id="unknown-scheme"),
-        pytest.param(("explain", "0x13:0xee"), USAGE, "in no catalogue", id="unknown-pair"),
+        pytest.param(("explain", "0x13:0xee"), USAGE, "not in the catalogue", id="unknown-pair"),
         pytest.param(("explain", "0x1ff"), USAGE, "larger than 0xff", id="code-too-large"),
         pytest.param(("explain", "power.slep"), USAGE, "power.sleep", id="near-command"),
         pytest.param(("catalog", "--robot", "bolz"), USAGE, "did you mean 'bolt'", id="unknown-robot"),

@@ -71,11 +71,11 @@ def test_a_time_is_read(text: str, seconds: float) -> None:
         pytest.param("s", "not a time", id="unit-alone"),
         pytest.param("", "not a time", id="empty"),
         pytest.param("٣", "not a time", id="digit-of-another-script"),
-        pytest.param("0", "not from 10ms to 1m", id="zero"),
-        pytest.param("0ms", "not from 10ms to 1m", id="zero-ms"),
-        pytest.param("9ms", "not from 10ms to 1m", id="too-short"),
-        pytest.param("61", "not from 10ms to 1m", id="too-long"),
-        pytest.param("9" * 400, "not from 10ms to 1m", id="beyond-any-float"),
+        pytest.param("0", "not between 10ms and 1m", id="zero"),
+        pytest.param("0ms", "not between 10ms and 1m", id="zero-ms"),
+        pytest.param("9ms", "not between 10ms and 1m", id="too-short"),
+        pytest.param("61", "not between 10ms and 1m", id="too-long"),
+        pytest.param("9" * 400, "not between 10ms and 1m", id="beyond-any-float"),
     ],
 )
 def test_what_is_no_time_is_refused(text: str, said: str) -> None:
@@ -149,14 +149,12 @@ def test_what_an_option_offers_exists(name: str) -> None:
         pytest.param(("decode", "--v1", "--v2", "8d"), "--v1 and --v2 exclude", id="decode-both"),
         pytest.param(("decode", "--v1", "--v1", "8d"), "--v1 is given twice", id="a-flag"),
         pytest.param(("plan", "list", "--color", "never", "--color", "auto"), "--color is", id="subcommand"),
-        pytest.param(("info", "-d", ""), "names no robot", id="empty-device"),
-        pytest.param(("info", "-d", " "), "names no robot", id="blank-device"),
+        pytest.param(("info", "-d", ""), "is empty; leave --device out", id="empty-device"),
+        pytest.param(("info", "-d", " "), "is empty; leave --device out", id="blank-device"),
         pytest.param(
-            ("catalog", "-o", "map.md"), "no format is known for the suffix .md", id="unknown-suffix"
+            ("catalog", "-o", "map.md"), "map.md: the suffix .md stands for no format", id="unknown-suffix"
         ),
-        pytest.param(
-            ("catalog", "-o", "map.MD"), "known: .json, .jsonl, .csv, .txt", id="suffixes-are-listed"
-        ),
+        pytest.param(("catalog", "-o", "map.MD"), "use .json, .jsonl, .csv, .txt", id="suffixes-are-listed"),
     ],
 )
 def test_contradictions_are_usage_errors(

@@ -208,7 +208,7 @@ def test_scan_keeps_up_with_two_hundred_neighbours_with_hostile_names(
         pytest.param("bp-*", ["BP-1234"], "", id="some"),
         pytest.param("*-000?", ["SB-0001"], "", id="one-sign"),
         pytest.param(
-            "RV-*", [], "2 robots were heard, and none has a name like 'RV-*'\n", id="none-of-those-heard"
+            "RV-*", [], "2 robots were found, but no name matches 'RV-*'\n", id="none-of-those-heard"
         ),
     ],
 )

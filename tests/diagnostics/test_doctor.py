@@ -160,14 +160,14 @@ def test_a_healthy_machine(doctor: Doctor) -> None:
     assert page["adapter"]["seen"] == "hci0 00:1A:7D:DA:71:13"
     assert isinstance(peripheral.name, str)
     assert f"{peripheral.name} (Sphero BOLT, -50 dBm)" in page["scan"]["seen"]
-    assert page.err == "16 ok, 1 skipped; to measure a robot, too: --device ROBOT\n"
+    assert page.err == "16 ok, 1 skipped; to measure a robot too, add --device ROBOT\n"
 
 
 def test_many_robots_are_counted_and_strangers_are_no_robots(doctor: Doctor) -> None:
     near = [Peripheral(f"BP-00{number:02}", f"AA:BB:CC:DD:EE:{number:02}") for number in range(7)]
     with FakeBlueZ([*near, Peripheral("Kitchen radio", "AA:BB:CC:DD:EF:01")]) as bluez:
         seen = doctor(bluez)["scan"]["seen"]
-    assert "heard 8 devices: BP-0000 (Sphero BOLT+, -50 dBm), " in seen
+    assert "heard 8 devices in 0.1 s: BP-0000 (Sphero BOLT+, -50 dBm), " in seen
     assert seen.endswith(" and 2 more robots")
     assert "Kitchen" not in seen
 
@@ -176,8 +176,8 @@ def test_a_healthy_machine_with_nobody_near(doctor: Doctor) -> None:
     with FakeBlueZ() as bluez:
         page = doctor(bluez)
     assert page.code == 0
-    assert "heard 0 devices, no robot" in page["scan"]["seen"]
-    assert page["scan"]["fix"] == f"should there be one: {WHY_UNHEARD}"
+    assert "heard 0 devices in 0.1 s, no robot" in page["scan"]["seen"]
+    assert page["scan"]["fix"] == f"if a robot is nearby: {WHY_UNHEARD}"
 
 
 def no_bus(folder: Path) -> str:
@@ -318,7 +318,11 @@ SECOND = Adapter("hci1", address="00:1A:7D:DA:71:14")
         pytest.param(
             (OLD,),
             (),
-            {"power": "ok", "Bluetooth LE": "fail hci0 does not connect", "scan": "skipped"},
+            {
+                "power": "ok",
+                "Bluetooth LE": "fail hci0 cannot connect to robots (no central role)",
+                "scan": "skipped",
+            },
             id="no-central",
         ),
         pytest.param((Adapter(), SECOND), (), {"adapter": "warn hci0", "scan": "ok"}, id="two"),
@@ -334,19 +338,19 @@ SECOND = Adapter("hci1", address="00:1A:7D:DA:71:14")
         pytest.param(
             (OLD, SECOND),
             (),
-            {"Bluetooth LE": "warn hci1 connects to robots, hci0 does not"},
+            {"Bluetooth LE": "warn hci1 can connect to robots, hci0 cannot"},
             id="one-of-two-cannot",
         ),
         pytest.param(
             (OLD, SECOND._replace(powered=False)),
             (),
-            {"power": "ok", "Bluetooth LE": "fail hci0 does not", "scan": "skipped"},
+            {"power": "ok", "Bluetooth LE": "fail hci0 cannot connect to robots", "scan": "skipped"},
             id="the-wrong-one-on",
         ),
         pytest.param(
             (Adapter(),),
             ("--adapter", "hci7"),
-            {"adapter": "fail there is no hci7; there are: hci0", "power": "skipped", "scan": "skipped"},
+            {"adapter": "fail no adapter hci7; found: hci0", "power": "skipped", "scan": "skipped"},
             id="wrong-name",
         ),
     ],
@@ -687,7 +691,7 @@ class Screen(io.StringIO):
     [
         pytest.param("utf-8", "80", "xterm", State.OK, "80 columns, utf-8, colour", id="usual"),
         pytest.param("utf-8", "40", "xterm", State.WARN, "40 columns", id="narrow"),
-        pytest.param("ascii", "80", "xterm", State.WARN, "spelled out", id="ascii"),
+        pytest.param("ascii", "80", "xterm", State.WARN, "non-ASCII characters are escaped", id="ascii"),
         pytest.param("utf-8", "80", "dumb", State.OK, "no colour, TERM=dumb", id="dumb"),
     ],
 )
@@ -710,7 +714,7 @@ def test_a_place_for_journals_is_looked_at_and_not_made(here: Path, monkeypatch:
     (here / "file").touch()
     monkeypatch.setenv("XDG_STATE_HOME", str(here / "file"))
     look = machine_checks.journal_folder()
-    assert (look.state, look.seen) == (State.FAIL, f"{here / 'file'} is no folder")
+    assert (look.state, look.seen) == (State.FAIL, f"{here / 'file'} is not a folder")
     monkeypatch.setenv("XDG_STATE_HOME", str(here))
     monkeypatch.setattr(os, "access", lambda *_: False)
     assert "not allowed" in machine_checks.journal_folder().seen

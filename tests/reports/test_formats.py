@@ -111,7 +111,7 @@ def test_jsonl_is_written_as_it_comes() -> None:
         pytest.param("jsonl", "", id="jsonl"),
         pytest.param("plain", "", id="plain"),
         pytest.param("csv", "name,model,generation,address,rssi\n", id="csv"),
-        pytest.param("table", "No robots.\n", id="table"),
+        pytest.param("table", "No robots found.\n", id="table"),
     ],
 )
 def test_no_rows_at_all(form: str, expected: str) -> None:

@@ -102,7 +102,7 @@ def test_who_is_gone_makes_room_for_who_is_near() -> None:
 
 
 def test_an_empty_room() -> None:
-    assert page([], 0, width=80, height=24).plain == "listening, nobody was heard so far; Ctrl-C ends"
+    assert page([], 0, width=80, height=24).plain == "listening, no robot heard yet; Ctrl-C ends"
 
 
 @given(

@@ -91,7 +91,7 @@ def test_a_whole_page() -> None:
         "     0x13:0x9c  not in any catalogue    0x42 unlisted: 01 (a code in no     31.2",
         "                                        document)",
         "",
-        "Withheld: these were not asked",
+        "Blocked: these were not sent",
         "  1 × brick: a documented command, not even at a wrong length (--allow brick):",
         "      0x13:0x00 power.enter_deep_sleep",
         "  7 × brick: unknown command (--allow brick):",
@@ -100,9 +100,10 @@ def test_a_whole_page() -> None:
         "6 notifications: 2 × 0x18:0x02 sensor.x0, 0x18:0x02 sensor.x1, 0x18:0x02",
         "  sensor.x2, and 2 more",
         "1 malformed frame: checksum 0x3f, expected 0x40",
-        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id (or hidden)",
-        "19 probes in 1.2 s, 19 frames sent: 5 exist, 3 absent, 1 silent, 8 withheld, 2",
-        "  inconclusive",
+        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id (absent, or hidden",
+        "  from this client)",
+        "19 probes: 5 exist, 3 absent, 1 silent, 8 blocked, 2 inconclusive; 19 frames",
+        "  sent in 1.2 s",
     ]
 
 
@@ -193,7 +194,7 @@ def test_reasons_that_differ_in_the_name_only_are_one() -> None:
     ]
     shown = rendered("table", run_of(findings), width=120)
     assert (
-        "2 × brick: a documented command (--allow brick):\n      0x13:0x00 power.enter_deep_sleep, 0x1a:0x35"
+        "2 × brick: documented, not asked (--allow brick):\n      0x13:0x00 power.enter_deep_sleep, 0x1a:0x35"
         in shown
     )
     assert (

@@ -21,7 +21,7 @@ def list_commands(output: Output, pattern: str | None, model: str | None, genera
         generation: only those of this protocol, ``v1`` or ``v2``.
 
     Raises:
-        UsageError: no robot is called so.
+        UsageError: no robot has this name.
     """
     chosen = [Generation(generation)] if generation else list(Generation)
     rows = tuple(row for one in chosen for row in (*all_rows(one), *async_rows(one)))

@@ -1,4 +1,4 @@
-"""``decode``: packets from hex bytes, files or standard input; no robot is needed."""
+"""``decode``: print the packets in hex bytes, files or standard input. It needs no robot."""
 
 import sys
 from collections.abc import Iterable, Iterator
@@ -34,10 +34,10 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None, mode
         output: where and how.
         inputs: hex bytes, files, or ``-`` for standard input; none means standard input.
         generation: the protocol, ``v1`` or ``v2``; None to tell them apart.
-        model: the robot whose meaning of a packet counts; None where it is not known.
+        model: the robot that sent the packets; None if it is not known.
 
     Raises:
-        UsageError: no robot is called so, there is no input, or hex bytes make no sense.
+        UsageError: no robot has this name, there is no input, or hex bytes are not valid.
         BadInputFileError: a file cannot be read, or there is no packet in all inputs.
     """
     robot = None if model is None else robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")]

@@ -1,4 +1,4 @@
-"""``discover``: the full staged map of what a robot can do."""
+"""``discover``: map everything that a robot can do, in stages."""
 
 from sphero_probe.catalogue.naming import id_range
 from sphero_probe.cli.dry_run import show_dry_run
@@ -30,19 +30,19 @@ def discover(
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and of which node.
-        did: the devices as they were typed, None for all.
-        lengths: also find out which lengths an unknown command takes.
+        did: the devices as typed, None for all.
+        lengths: also find the lengths that unknown commands accept.
         values: also try other values.
 
     Raises:
-        SpheroProbeError: the options make no sense, or the run ended early.
+        SpheroProbeError: the options are not valid, or the run ended early.
     """
     place = address_of(connecting.device)
     target = node(asking.target, model_behind(place), port_behind(place))
     options = {"lengths": str(int(lengths)), "values": str(int(values))} | ({"did": did} if did else {})
     if asking.dry_run:
         if journal.resume:
-            raise UsageError("--dry-run shows a new run", "leave --resume out")
+            raise UsageError("--dry-run cannot be combined with --resume")
         consent = Consent.of(asking.allow, asking.confirm)
         show_dry_run(output, _plan(connecting.device, target, options), place, consent, target)
         return

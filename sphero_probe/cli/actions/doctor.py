@@ -14,7 +14,7 @@ from sphero_probe.transports.base import OpenOptions
 
 
 def examine(output: Output, connecting: ConnectOptions, timeout: float) -> None:
-    """Run every check and print each as it ends.
+    """Run every check and print its result as it ends.
 
     Args:
         output: where and how.
@@ -50,4 +50,4 @@ def examine(output: Output, connecting: ConnectOptions, timeout: float) -> None:
 
 def _summary(counts: Counter[State], *, measured: bool) -> str:
     said = ", ".join(f"{counts[state]} {state.value}" for state in State if counts[state])
-    return said if measured else f"{said}; to measure a robot, too: --device ROBOT"
+    return said if measured else f"{said}; to measure a robot too, add --device ROBOT"

@@ -1,4 +1,4 @@
-"""``explain``: what is known of an error code or a command."""
+"""``explain``: print what is known about an error code or a command."""
 
 from sphero_probe.catalogue import rows_of
 from sphero_probe.catalogue.naming import byte, pair
@@ -11,15 +11,15 @@ from sphero_probe.reports.views import CODES, COMMAND
 
 
 def explain(output: Output, subject: str, *, v1: bool) -> None:
-    """Show what is known of a code, a pair of ids or a name.
+    """Show what is known about a code, a pair of ids or a name.
 
     Args:
         output: where and how.
-        subject: as it was typed.
-        v1: as the first generation means it.
+        subject: as typed.
+        v1: use the first generation.
 
     Raises:
-        UsageError: it makes no sense, or is in no catalogue.
+        UsageError: it is not valid, or not in the catalogue.
     """
     generation = Generation.V1 if v1 else Generation.V2
     if subject[:1].isdigit() and ":" not in subject:
@@ -29,7 +29,7 @@ def explain(output: Output, subject: str, *, v1: bool) -> None:
     rows = rows_of(generation, did, cid)
     if not rows:
         raise UsageError(
-            f"0x{did:02x}:0x{cid:02x} is in no catalogue",
+            f"0x{did:02x}:0x{cid:02x} is not in the catalogue",
             f"ask a robot: sphero-probe sweep --did 0x{did:02x} --cid 0x{cid:02x}",
         )
     show(output, COMMAND, map(command_row, rows))

@@ -1,4 +1,4 @@
-"""``info``: what a robot says about itself."""
+"""``info``: print what a robot says about itself."""
 
 from sphero_probe.catalogue.well_known import FACTS as ASKED
 from sphero_probe.cli.connect import connect
@@ -14,7 +14,7 @@ from sphero_probe.reports.views import FACTS
 
 
 def show_info(output: Output, connecting: ConnectOptions) -> None:
-    """Ask the documented reads that describe a robot, and show the answers.
+    """Send the documented reads that describe a robot, and show the answers.
 
     Args:
         output: where and how.

@@ -35,13 +35,13 @@ def set_leds(
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed besides setting LEDs, and which node.
-        front: the colour of the front LED, None to leave it.
+        front: the colour of the front LED, None to leave it alone.
         back: of the back LED.
         leds: further ones, each ``NAME=RRGGBB``.
         off: switch off every LED that is not named.
 
     Raises:
-        SpheroProbeError: the options make no sense, or a command failed.
+        SpheroProbeError: the options are not valid, or a command failed.
     """
     wanted = _wanted(front, back, leds)
     if not wanted and not off:
@@ -55,10 +55,10 @@ def set_leds(
 
 
 def list_leds(output: Output, device: str) -> None:
-    """Show the LEDs of the robot that an address tells of, without opening it; else those of every robot.
+    """Show the LEDs of the robot that an address names, without connecting, or those of every robot.
 
     Raises:
-        UsageError: the address makes no sense.
+        UsageError: the address is not valid.
     """
     robot = model_behind(address_of(device)) if device else None
     robots = (robot,) if robot else tuple(ROBOTS.values())
@@ -69,7 +69,7 @@ def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[
     """Return LED name -> colour, in the order they were given.
 
     Raises:
-        UsageError: a colour makes no sense, or an LED is named twice.
+        UsageError: a colour is not valid, or an LED is named twice.
     """
     wanted: dict[str, Colour] = {}
     for name, text in (("front", front), ("back", back)):
@@ -78,7 +78,7 @@ def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[
     for led in leds:
         name, equals, text = led.partition("=")
         if not equals or not name:
-            raise UsageError(f"--led {led}: not NAME=RRGGBB", "write --led front=ff0000")
+            raise UsageError(f"--led {led} is not NAME=RRGGBB", "for example: --led front=ff0000")
         if name.lower() in wanted:
             raise UsageError(f"--led {led}: the LED {name} is named twice")
         wanted[name.lower()] = colour(text)

@@ -1,4 +1,4 @@
-"""``listen``: send what was asked for, then report every unsolicited packet as it arrives."""
+"""``listen``: send the commands of ``--send``, then print every unsolicited packet as it arrives."""
 
 import asyncio
 
@@ -28,15 +28,15 @@ def listen(
     count: int | None,
     seconds: float | None,
 ) -> None:
-    """Report unsolicited packets until enough were heard, the time is up, or Ctrl-C.
+    """Print unsolicited packets until there are enough, the time is up, or Ctrl-C.
 
     Args:
-        output: where to.
+        output: where and how to print.
         connecting: which robot.
         asking: what ``commands`` may do.
-        commands: sent first, each as a person types it.
+        commands: to send first, each as typed.
         count: of packets to stop after, None for any number.
-        seconds: to listen once the commands were sent, None for as long as it takes.
+        seconds: to listen after the commands were sent, None for no limit.
 
     Raises:
         SpheroProbeError: the robot cannot be reached, is gone, or did not accept a command.
@@ -61,7 +61,7 @@ def listen(
 
 
 class _PacketReport:
-    """Adds packets to a report until there are enough; stops listening when it cannot be written."""
+    """Adds packets to a report until there are enough; stops if it cannot be written."""
 
     def __init__(self, rows: Report, count: int | None, stop: asyncio.Event) -> None:
         self._rows = rows
@@ -85,7 +85,7 @@ class _PacketReport:
                 self._stop.set()
 
     def raise_failure(self) -> None:
-        """Raise what kept the report from being written.
+        """Raise the error that stopped the report.
 
         Raises:
             OSError: the disk is full, or the reader is gone.
@@ -95,10 +95,10 @@ class _PacketReport:
 
 
 async def _send(session: Session, text: str) -> None:
-    """Send a command that was given as words.
+    """Send a command that was given as text.
 
     Raises:
-        SpheroProbeError: it makes no sense, was withheld, or the robot refused it.
+        SpheroProbeError: it is not valid, is blocked, or the robot rejected it.
     """
     connection = session.connection
     ids, payload = parse_command(tuple(text.split()), connection.generation)
@@ -109,7 +109,7 @@ async def _send(session: Session, text: str) -> None:
 
 
 async def _wait(session: Session, stop: asyncio.Event, seconds: float | None) -> None:
-    """Wait for the end: enough heard, the time up, Ctrl-C, or the robot gone.
+    """Wait until there are enough packets, the time is up, Ctrl-C, or the link is lost.
 
     Raises:
         LinkLostError: the robot is gone.

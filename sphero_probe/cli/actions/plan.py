@@ -1,4 +1,4 @@
-"""``plan list`` and ``plan check``: which plans there are, and whether they can be loaded."""
+"""``plan list`` and ``plan check``: list the shipped plans, and check that plans can be loaded."""
 
 import click
 
@@ -28,7 +28,7 @@ def check_plans(files: tuple[str, ...]) -> None:
         files: plan files, or names of plans that come with the tool.
 
     Raises:
-        BadInputFileError: at least one cannot be loaded; the others are printed.
+        BadInputFileError: at least one cannot be loaded; the others were printed.
     """
     broken: list[BadInputFileError] = []
     for file in files:
@@ -39,7 +39,9 @@ def check_plans(files: tuple[str, ...]) -> None:
             broken.append(error)
             continue
         later = sum(callable(stage) for stage in plan.stages)
-        more = f", {later} stage(s) made from the answers" if later else ""
+        more = (
+            f", {later} stage{'s' * (later > 1)} that depend{'s' * (later == 1)} on findings" if later else ""
+        )
         click.echo(f"{file}: ok, {probes} probes{more}")
     if len(broken) == 1:
         raise broken[0]

@@ -1,4 +1,4 @@
-"""``plan show``: the probes of a plan; apart from its siblings because it brings the link and asyncio."""
+"""``plan show``: print the probes of a plan. Separate from ``plan list``, which needs no asyncio."""
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.naming import choose
@@ -17,11 +17,11 @@ def show_plan(output: Output, file: str, model: str | None) -> None:
     Args:
         output: where and how.
         file: the plan's file, or the name of one that comes with the tool.
-        model: the robot that understands the commands; None for the plan's own.
+        model: the robot to show them for; None for the first one that the plan names.
 
     Raises:
         BadInputFileError: there is no such plan, or it cannot be loaded.
-        UsageError: no robot is called so.
+        UsageError: no robot has this name.
     """
     plan = find_plan(file)
     word = model or (plan.robots[0] if plan.robots else "bolt-plus")

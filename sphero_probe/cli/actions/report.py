@@ -1,4 +1,4 @@
-"""``report``: show a kept run again."""
+"""``report``: print a recorded run."""
 
 from sphero_probe.cli.output import show
 from sphero_probe.cli.run import row_of
@@ -22,7 +22,7 @@ def show_run(output: Output, run: str) -> None:
     """
     recorded = read_journal(find_journal(run))
     if recorded.opening is None:
-        raise BadInputFileError(f"{recorded.path}: nothing is written in it yet")
+        raise BadInputFileError(f"{recorded.path}: this journal is still empty")
     records = recorded.records()
     if recorded.opening.command in ("send", "led"):
         show(output, FINDING, (row_of(record) for record in records if isinstance(record, Finding)))

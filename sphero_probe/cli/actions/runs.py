@@ -1,4 +1,4 @@
-"""``runs``: list the kept runs."""
+"""``runs``: list the recorded runs."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from sphero_probe.runs.store import journal_files
 
 
 def list_runs(output: Output) -> None:
-    """List the runs in the folder of journals, the last one first.
+    """List the runs in the folder of journals, newest first.
 
     Args:
         output: where and how.

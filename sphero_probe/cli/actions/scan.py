@@ -1,4 +1,4 @@
-"""``scan``: list the robots nearby, once or for as long as it is watched."""
+"""``scan``: list the robots nearby, once or until Ctrl-C."""
 
 import asyncio
 import os
@@ -22,7 +22,7 @@ from sphero_probe.transports.base import WHY_UNHEARD, OpenOptions, Seen
 from sphero_probe.transports.registry import scan, watch
 
 _FRAME: Final = 0.25
-"""Seconds between two looks at what is new."""
+"""Seconds between two updates."""
 
 
 def list_robots(
@@ -34,8 +34,8 @@ def list_robots(
         output: where and how.
         seconds: how long to listen.
         adapter: the Bluetooth adapter, empty for the usual one.
-        pattern: only names like this glob.
-        everything: also list what is no Sphero.
+        pattern: only names that match this glob.
+        everything: also list devices that are not Spheros.
 
     Raises:
         UnavailableError: Bluetooth cannot be used here.
@@ -56,14 +56,14 @@ def list_robots(
 def watch_robots(
     output: Output, seconds: float, adapter: str, pattern: str | None, *, everything: bool
 ) -> None:
-    """Keep scanning, and show robots as they come and go: a table on a terminal, else a record each.
+    """Keep scanning, and show robots as they come and go: a table on a terminal, otherwise records.
 
     Args:
         output: where and how.
-        seconds: how long to listen; infinite until Ctrl-C.
+        seconds: how long to listen; infinite for until Ctrl-C.
         adapter: the Bluetooth adapter, empty for the usual one.
-        pattern: only names like this glob.
-        everything: also list what is no Sphero.
+        pattern: only names that match this glob.
+        everything: also list devices that are not Spheros.
 
     Raises:
         UnavailableError: Bluetooth cannot be used here.
@@ -96,7 +96,7 @@ def watch_robots(
 
 
 def _shown(output: Output, sightings: Sightings) -> AbstractContextManager[Callable[[], None]]:
-    """Return what shows the robots, again each time it is called."""
+    """Return a function that shows the robots as they are now."""
     if output.format != "table" or output.file or not sys.stdout.isatty():
         return _records(output, sightings)
     if os.environ.get("TERM", "").lower() in ("dumb", "unknown"):
@@ -143,7 +143,7 @@ def _say_why(others: int, pattern: str | None, seconds: float) -> None:
     """Say on standard error why the list may be empty."""
     if others and pattern is not None:
         many = "1 robot was" if others == 1 else f"{others} robots were"
-        said = f"{many} heard, and none has a name like '{pattern[:40]}'"
+        said = f"{many} found, but no name matches '{pattern[:40]}'"
     else:
         said = f"no robot was heard within {seconds:g} s: {WHY_UNHEARD}"
     say(said)

@@ -1,4 +1,4 @@
-"""``send``: one command, and the answer."""
+"""``send``: send one command and print the answer."""
 
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.cli.command_words import parse_command
@@ -24,10 +24,10 @@ def send(
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and which node.
-        what: the command's words, as they were typed.
+        what: the words of the command, as typed.
 
     Raises:
-        SpheroProbeError: the words make no sense, or the command failed.
+        SpheroProbeError: the words are not a command, or the command failed.
     """
     generation = generation_behind(address_of(connecting.device))
     ids, payload = parse_command(what, generation)

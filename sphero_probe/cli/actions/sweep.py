@@ -1,4 +1,4 @@
-"""``sweep``: ranges of commands, or a plan, and which of them exist on the robot."""
+"""``sweep``: probe ranges of commands, or a plan, and report which of them exist."""
 
 from typing import NamedTuple
 
@@ -22,13 +22,13 @@ from sphero_probe.session.commands import node
 
 
 class SweepOptions(NamedTuple):
-    """What to ask, as it was typed.
+    """What to ask, as typed.
 
     Attributes:
         did: the devices.
         cid: the commands, None for all.
         plan: a plan's file or name, instead of the other three.
-        payload: the bytes to send with each command, None for what the engine chooses.
+        payload: the bytes to send with each command, None to let the engine choose.
     """
 
     did: str | None
@@ -44,7 +44,7 @@ def sweep(
     asking: AskOptions,
     options: SweepOptions,
 ) -> None:
-    """Ask ranges or a plan and report it, or show what would be sent.
+    """Probe ranges or a plan and report the findings, or show what would be sent.
 
     Args:
         output: where and how to report.
@@ -54,13 +54,13 @@ def sweep(
         options: what to ask.
 
     Raises:
-        SpheroProbeError: the options make no sense, or the run ended early.
+        SpheroProbeError: the options are not valid, or the run ended early.
     """
     place = address_of(connecting.device)
     generation = generation_behind(place)
     if asking.dry_run:
         if journal.resume:
-            raise UsageError("--dry-run shows a new run", "leave --resume out")
+            raise UsageError("--dry-run cannot be combined with --resume")
         plan, _ = _plan(generation, options)
         target = node(asking.target, model_behind(place), port_behind(place))
         show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
@@ -77,7 +77,7 @@ def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str
     """Return the plan, and the options that a journal needs to make it again."""
     if options.plan is not None:
         if any(other is not None for other in (options.did, options.cid, options.payload)):
-            raise UsageError("--plan says what to ask: leave --did, --cid and --payload out")
+            raise UsageError("--plan cannot be combined with --did, --cid or --payload")
         plan = find_plan(options.plan)
         if plan.file is None or is_shipped(plan.file):
             return plan, {"plan": plan.file.stem if plan.file else plan.name}
@@ -101,21 +101,21 @@ def _ids(ids: tuple[int, ...]) -> str:
 
 
 def _plan_of_before(generation: Generation, journal: RunJournal) -> tuple[Plan, dict[str, str]]:
-    """Make the plan of an interrupted run again; only a plan that comes with the tool is run unnamed."""
+    """Return the plan of an interrupted run; only a shipped plan is run without being named again."""
     if journal.opening is None:
         raise BadInputFileError(
-            f"{journal.place}: nothing is written in it yet", "say what to sweep: --did 0x13"
+            f"{journal.place}: this journal is still empty", "start a new run: --did 0x13"
         )
     options = journal.opening.options
     if file := options.get("plan_file"):
         raise UsageError(
-            "that run used a plan of your own, which a journal does not hold", f"add --plan {file}"
+            "that run used a plan file, which the journal does not contain", f"add --plan {file}"
         )
     if name := options.get("plan"):
         for path in plan_files():
             if path.stem == name:
                 return load_plan(path), options
-        raise BadInputFileError(f"the journal's plan {name} does not come with this version of the tool")
+        raise BadInputFileError(f"this version of the tool has no plan {name}, which the journal names")
     asked = SweepOptions(options.get("did"), options.get("cid"), None, options.get("payload"))
     try:
         return _plan(generation, asked)

@@ -14,11 +14,11 @@ from sphero_probe.cli.values import Output
     "--robot",
     "model",
     metavar="MODEL",
-    help="Only the commands of this robot, like bolt.",
+    help="Only commands of this model, like bolt.",
     shell_complete=offer("robots"),
 )
-@click.option("--v1", "generation", flag_value="v1", help="Only those of the first generation.")
-@click.option("--v2", "generation", flag_value="v2", help="Only those of the second generation.")
+@click.option("--v1", "generation", flag_value="v1", help="Only first-generation commands.")
+@click.option("--v2", "generation", flag_value="v2", help="Only second-generation commands.")
 @output_options
 def command(output: Output, pattern: str | None, model: str | None, generation: str | None) -> None:
     """List the known commands; FILTER is part of a name, a risk class, or an id like 0x13.

@@ -8,15 +8,15 @@ from sphero_probe.cli.strict import StrictCommand
 @click.command("completion", cls=StrictCommand)
 @click.argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="bash | zsh | fish")
 def command(shell: str) -> None:
-    """Print the script that lets a shell complete commands, options, robots, names, plans and runs.
+    """Print a completion script for a shell: commands, options, robots, names, plans and runs.
 
     For bash: sphero-probe completion bash >> ~/.bashrc
 
-    For zsh, where compinit runs: sphero-probe completion zsh >> ~/.zshrc
+    For zsh (after compinit): sphero-probe completion zsh >> ~/.zshrc
 
     For fish: sphero-probe completion fish >> ~/.config/fish/config.fish
 
-    The robots are those of the last scan, and the built-in ones.
+    It completes the robots of the last scan and the built-in ones.
 
     Example: sphero-probe completion bash
     """

@@ -10,21 +10,21 @@ from sphero_probe.cli.values import Output
 
 @click.command("decode", cls=StrictCommand)
 @click.argument("inputs", nargs=-1, metavar="[HEX | FILE | -]...", shell_complete=offer("files"))
-@click.option("--v1", "generation", flag_value="v1", help="Read everything as V1.")
-@click.option("--v2", "generation", flag_value="v2", help="Read everything as V2.")
+@click.option("--v1", "generation", flag_value="v1", help="Decode everything as V1.")
+@click.option("--v2", "generation", flag_value="v2", help="Decode everything as V2.")
 @click.option(
     "--robot",
     "model",
     metavar="MODEL",
-    help="Read the packets as this robot means them, like bolt-plus.",
+    help="Decode for this model, like bolt-plus.",
     shell_complete=offer("robots"),
 )
 @output_options
 def command(output: Output, inputs: tuple[str, ...], generation: str | None, model: str | None) -> None:
     """Decode packets from hex bytes, files (binary or hex text) or standard input (-).
 
-    V1 and V2 are told apart, also within one input. Bytes that are no packet are shown with the reason.
-    A V1 response is named after the command with its sequence number, where the input has it.
+    V1 and V2 packets are recognised, also within one input. Bytes that are not a packet are shown with the
+    reason. A V1 response is named after its command, if the input holds it.
 
     Example: sphero-probe decode 8d0a131007cbd8
     """

@@ -14,8 +14,8 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 @click.option(
     "--did", metavar="IDS", help="Only these device ids.  [default: all 256]", shell_complete=offer("dids")
 )
-@click.option("--lengths", is_flag=True, help="Also find out which lengths an unknown command takes.")
-@click.option("--values", is_flag=True, help="Also try other values where one was rejected.")
+@click.option("--lengths", is_flag=True, help="Also find the lengths that unknown commands accept.")
+@click.option("--values", is_flag=True, help="Also try other values where a value was rejected.")
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
@@ -31,9 +31,10 @@ def command(
 ) -> None:
     """Map a whole robot: its firmware, its nodes, its devices, every command of each.
 
-    The findings are compared with the robot's own list. At the end, every command that exists or was silent
-    is asked once more, one at a time; one that does not answer the same again is called inconclusive.
-    --lengths and --values execute unknown commands, where --allow covers it.
+    The report compares the findings with the robot's own list. At the end, every command that exists or was
+    silent is sent once more, one at a time; if the answer differs, the finding becomes inconclusive.
+    Wrong lengths are sent under the same rules as by sweep. --lengths and --values execute unknown commands;
+    they need --allow.
 
     Example: sphero-probe discover --device fake:bolt-plus
     """

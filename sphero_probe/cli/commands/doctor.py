@@ -15,16 +15,16 @@ from sphero_probe.cli.values import ConnectOptions, Output
     least=0.1,
     most=600,
     default=5.0,
-    about="For each check of this machine; a robot's answer gets 1s of it at most.  [default: 5s]",
+    about="Limit for each check of this machine; an answer of a robot gets 1s at most.  [default: 5s]",
 )
 @partial(device_options, unnamed="check only this machine")
 @output_options
 def command(output: Output, connecting: ConnectOptions, timeout: float) -> None:
     """Check that this machine can reach a robot, and suggest fixes.
 
-    Each check prints a line: ok, warn, fail or skipped; exit 1 if one failed. Without --device it connects to
-    no robot; with --device it also measures the link to that robot, and where the robot is not reached over
-    Bluetooth LE, problems of Bluetooth are only warnings.
+    Each check prints a line: ok, warn, fail or skipped. The exit code is 1 if a check failed. With --device,
+    doctor also connects to that robot and measures the link. For a robot that does not use Bluetooth LE,
+    Bluetooth problems are only warnings.
 
     Example: sphero-probe doctor --device BP-1234
     """

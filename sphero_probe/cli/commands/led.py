@@ -16,11 +16,11 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
     "leds",
     multiple=True,
     metavar="NAME=RRGGBB",
-    help="Any LED by name; may be repeated.",
+    help="An LED by name; may be repeated.",
     shell_complete=offer("leds"),
 )
-@click.option("--off", is_flag=True, help="Switch off every LED that is not named.")
-@click.option("--list", "listed", is_flag=True, help="List the robot's LEDs, and set none.")
+@click.option("--off", is_flag=True, help="Switch off all LEDs that are not named.")
+@click.option("--list", "listed", is_flag=True, help="List the robot's LEDs and set none.")
 @asking_options
 @device_options
 @journal_options
@@ -36,7 +36,7 @@ def command(
     off: bool,
     listed: bool,
 ) -> None:
-    """Set LEDs; their names come from the robot's own table.
+    """Set LEDs by name and colour; --list prints the names for a robot.
 
     Example: sphero-probe led --front ff0000 --back 00f --device fake:bolt-plus
     """

@@ -15,7 +15,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
     "commands",
     multiple=True,
     metavar="COMMAND",
-    help="Send this first, like 'power.wake' or '0x18 0x00 0096000000E000'; may be repeated.",
+    help="Send this command first: 'power.wake', '0x18 0x00 0096000000E000'; may be repeated.",
 )
 @consent_options
 @device_options
@@ -30,7 +30,7 @@ def command(
 ) -> None:
     """Print notifications as they arrive, decoded, until Ctrl-C.
 
-    Most have to be switched on first; --send does that.
+    Most notifications must be enabled first; use --send for that.
 
     Example: sphero-probe listen --send power.wake --seconds 1 --device fake:bolt
     """

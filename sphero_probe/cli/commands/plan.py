@@ -31,14 +31,14 @@ def list_(output: Output) -> None:
     "--robot",
     "model",
     metavar="MODEL",
-    help="As this robot understands the commands.",
+    help="Show what this model would be sent.",
     shell_complete=offer("robots"),
 )
 @output_options
 def show(output: Output, file: str, model: str | None) -> None:
     """Show the probes of a plan.
 
-    Stages that are made from the answers are left out.
+    Stages that depend on findings are left out.
 
     Example: sphero-probe plan show power
     """
@@ -50,7 +50,7 @@ def show(output: Output, file: str, model: str | None) -> None:
 @command.command("check", cls=StrictCommand)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=offer("plans"))
 def check(files: tuple[str, ...]) -> None:
-    """Check that plan files can be loaded and hold probes.
+    """Load plan files and report errors.
 
     Example: sphero-probe plan check my_plan.py
     """

@@ -12,7 +12,7 @@ from sphero_probe.cli.values import Output
 @click.argument("run", metavar="RUN", shell_complete=offer("runs"))
 @output_options
 def command(output: Output, run: str) -> None:
-    """Show a run again, in any format.
+    """Print a recorded run in any format.
 
     RUN is a journal file, a run name, or "last".
 

@@ -10,7 +10,7 @@ from sphero_probe.cli.values import Output
 @click.command("runs", cls=StrictCommand)
 @output_options
 def command(output: Output) -> None:
-    """List the runs whose journals are kept, the last one first.
+    """List the recorded runs, newest first.
 
     Example: sphero-probe runs --json
     """

@@ -9,7 +9,7 @@ from sphero_probe.cli.strict import StrictCommand
 from sphero_probe.cli.values import Output
 
 SECONDS: Final = 5.0
-"""How long a scan listens unless it is told."""
+"""How long a scan listens by default."""
 
 
 @click.command("scan", cls=StrictCommand)
@@ -19,9 +19,9 @@ SECONDS: Final = 5.0
     most=600,
     about=f"How long to listen.  [default: {SECONDS:g}s; with --watch until Ctrl-C]",
 )
-@click.option("--all", "everything", is_flag=True, help="Also list what is no Sphero.")
-@click.option("--name", "pattern", metavar="GLOB", help="Only names like 'BP-*'.")
-@click.option("--watch", "watching", is_flag=True, help="Keep scanning: show robots as they come and go.")
+@click.option("--all", "everything", is_flag=True, help="Also list devices that are not Spheros.")
+@click.option("--name", "pattern", metavar="GLOB", help="Only robots whose name matches, like 'BP-*'.")
+@click.option("--watch", "watching", is_flag=True, help="Keep scanning, and show robots as they come and go.")
 @adapter_option()
 @output_options
 def command(
@@ -34,7 +34,7 @@ def command(
 ) -> None:
     """List the robots nearby: name, model, address, signal strength.
 
-    It lists robots that advertise, and those that are connected to this machine.
+    Robots that are connected to this machine are listed too.
 
     Example: sphero-probe scan --timeout 3 --json
     """

@@ -25,8 +25,8 @@ def command(
 ) -> None:
     """Send one command and show the answer.
 
-    HEX is the argument bytes: 0102, 01 02, 0x1 0x2. A command that changes anything needs its class:
-    --allow write, motion, persist or brick.
+    HEX is the argument bytes: 0102, 01 02 or 0x1 0x2. A command that changes something must be allowed by its
+    risk class: --allow write, motion, persist or brick.
 
     Example: sphero-probe send power.get_battery_percentage --device fake:bolt-plus
     """

@@ -18,7 +18,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 @click.option(
     "--plan",
     metavar="FILE",
-    help="A plan file, or the name of a plan that comes with the tool.",
+    help="A plan file, or the name of a shipped plan.",
     shell_complete=offer("plans"),
 )
 @click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
@@ -38,10 +38,10 @@ def command(
 ) -> None:
     """Probe ranges of commands, or a plan, and report what exists.
 
-    Documented reads are sent as documented. Every other command is sent with a length that no command takes,
-    which a robot rejects without executing the command; whether this robot does is measured first. Commands
-    that could do harm are not sent, and are shown as skipped. The findings are kept: --resume continues a run
-    that was interrupted.
+    Documented reads are sent as documented. Other commands are sent with a length that no documented command
+    takes: a robot that checks lengths rejects it without executing anything. The tool measures this first, on
+    documented commands of each device. A command that does not check its length would run; after the first
+    that does, no further wrong length is sent to that node. Commands that could do harm are blocked.
 
     Example: sphero-probe sweep --did 0x13 --device fake:bolt-plus
     """

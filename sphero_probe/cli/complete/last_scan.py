@@ -1,4 +1,4 @@
-"""The robots of the last scan, kept in a cache file, so that a shell can complete their names."""
+"""Keeps the robots of the last scan in a cache file, so that a shell can complete their names."""
 
 import json
 import tempfile
@@ -25,9 +25,9 @@ class Remembered(NamedTuple):
     """A robot of the last scan.
 
     Attributes:
-        name: what to type after ``--device``: its name, or its address where the name is not fit for a shell.
-        address: MAC address or an opaque identifier; empty where it is not fit for a shell.
-        model: what the robot is called; empty for an unknown one.
+        name: what to type after ``--device``: its name, or its address if the name needs quoting.
+        address: MAC address or an opaque identifier; empty if it needs quoting.
+        model: the name of the model; empty for an unknown one.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Remembered(NamedTuple):
 
 
 def cache_file() -> Path | None:
-    """Return the file in the cache folder; None where the home folder is not known."""
+    """Return the file in the cache folder; None if the home folder is not known."""
     try:
         return cache_folder() / "last_scan.json"
     except RuntimeError:
@@ -44,9 +44,9 @@ def cache_file() -> Path | None:
 
 
 def remember(seen: Iterable["Seen"]) -> None:
-    """Keep the robots of a scan for completion; where that fails, nothing is kept and no error raised.
+    """Keep the robots of a scan for completion; a failure to write is ignored.
 
-    A scan that heard no robot keeps those of the scan before.
+    A scan without robots keeps those of the scan before.
 
     Args:
         seen: the robots, the strongest first.
@@ -69,7 +69,7 @@ def remember(seen: Iterable["Seen"]) -> None:
 
 
 def recall() -> list[Remembered]:
-    """Return the robots of the last scan, the strongest first; none where nothing usable is kept."""
+    """Return the robots of the last scan, the strongest first; none if no usable file exists."""
     path = cache_file()
     if path is None:
         return []
@@ -89,7 +89,7 @@ def _dicts(rows: Any) -> list[dict[str, Any]]:
 
 
 def _fit(name: Any, address: Any, model: Any) -> Remembered | None:
-    """Return the robot in words that are plain to every shell; None where neither name nor address is."""
+    """Return the robot in words that need no quoting in any shell; None if there are none."""
     address = address if _is_word(address, _PUNCTUATION + ":") else ""
     name = name if _is_word(name, _PUNCTUATION) else address
     said = model if isinstance(model, str) and len(model) <= _MAX_MODEL else ""

@@ -1,4 +1,4 @@
-"""What a shell offers for an option, imported only when a shell asks."""
+"""Imports the completion candidates of an option only when a shell asks for them."""
 
 from typing import TYPE_CHECKING
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
 
 
 def offer(kind: str) -> "Callable[[Context, Parameter, str], list[CompletionItem[str]]]":
-    """Return what click calls to complete a value.
+    """Return the function that click calls to complete a value.
 
     Args:
         kind: a key of ``OFFERS`` in ``sphero_probe.cli.complete.offers``.
     """
 
     def complete(context: "Context", _: "Parameter", start: str) -> "list[CompletionItem[str]]":
-        from sphero_probe.cli.complete.offers import OFFERS  # noqa: PLC0415 - brings the catalogue
+        from sphero_probe.cli.complete.offers import OFFERS  # noqa: PLC0415 - imports the catalogue
 
         return OFFERS[kind](context, start)
 

@@ -1,4 +1,4 @@
-"""What a shell is offered for a value: the beginning of a word in, the words that begin with it out."""
+"""The candidates for each kind of value that a shell can complete."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -44,7 +44,7 @@ def offer_devices(_: Context, start: str) -> "Offers":
 
 
 def offer_commands(context: Context, start: str) -> "Offers":
-    """Offer the names of commands, as the robot of ``--device`` has them; only for the first word."""
+    """Offer the names of the commands of the ``--device`` robot; only for the first word."""
     if context.params.get("what"):
         return []
     robot = _robot(context)
@@ -53,7 +53,7 @@ def offer_commands(context: Context, start: str) -> "Offers":
 
 
 def offer_filters(_: Context, start: str) -> "Offers":
-    """Offer what ``catalog`` can filter by: names of either generation, and risk classes."""
+    """Offer the filters of ``catalog``: names of both generations, and risk classes."""
     words = {risk.word: "" for risk in Risk}
     words |= {row.name: row.risk.word for generation in Generation for row in all_rows(generation)}
     return _beginning(start, words)
@@ -73,16 +73,16 @@ def offer_robots(_: Context, start: str) -> "Offers":
 
 
 def offer_plans(_: Context, start: str) -> "Offers":
-    """Offer the plans that come with the tool, and files."""
-    from sphero_probe.probing.plans.shipped import plan_files  # noqa: PLC0415 - slow: only plans wait for it
+    """Offer the shipped plans, and files."""
+    from sphero_probe.probing.plans.shipped import plan_files  # noqa: PLC0415 - slow, and only plans need it
 
     return _beginning(start, {path.stem: "" for path in plan_files()}) + offer_files(_, start)
 
 
 def offer_runs(_: Context, start: str) -> "Offers":
-    """Offer the kept runs, the last one first, and files."""
+    """Offer the recorded runs, newest first, and files."""
     kept = (path.stem for path in journal_files())
-    words = {LAST: "the run that was kept last"} | {stem: "" for stem in kept if _PLAIN.issuperset(stem)}
+    words = {LAST: "the newest run"} | {stem: "" for stem in kept if _PLAIN.issuperset(stem)}
     return _beginning(start, words) + offer_files(_, start)
 
 
@@ -102,7 +102,7 @@ def offer_nodes(context: Context, start: str) -> "Offers":
 
 
 def offer_files(_: Context, start: str) -> "Offers":
-    """Leave it to the shell to offer files."""
+    """Let the shell offer files."""
     return [CompletionItem(start, type="file")]
 
 
@@ -118,7 +118,7 @@ OFFERS: Final["dict[str, Callable[[Context, str], Offers]]"] = {
     "robots": offer_robots,
     "runs": offer_runs,
 }
-"""What can be offered, as options name it."""
+"""Kind -> the function that returns its candidates."""
 
 
 def _beginning(start: str, words: dict[str, str]) -> "Offers":
@@ -126,7 +126,7 @@ def _beginning(start: str, words: dict[str, str]) -> "Offers":
 
 
 def _robot(context: Context) -> Robot | None:
-    """Return the model that ``--device`` tells, as far as the address alone tells one."""
+    """Return the model of ``--device``, if the address alone names one."""
     device = str(context.params.get("connecting_device") or "")
     scheme, colon, rest = device.partition(":")
     if scheme == "fake" and colon:

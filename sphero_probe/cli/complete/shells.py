@@ -1,6 +1,6 @@
-"""Completion in bash, zsh and fish: the script for each shell, and the answers to what it asks.
+"""Completion for bash, zsh and fish: the script for each shell, and the candidates it asks for.
 
-click 8.5 has scripts of its own, which break on our values: in bash, words end at ``:`` and ``=``; in zsh,
+The scripts of click 8.5 fail on our values: in bash, words end at ``:`` and ``=``; in zsh,
 ``--device=fa`` loses its ``--device=``, and a blank follows ``front=`` and ``serial:``; in fish, nothing is
 completed after ``--device=`` or after a comma.
 """
@@ -89,9 +89,9 @@ complete --no-files --keep-order --command %(prog_name)s --arguments '(%(complet
 
 
 class Bash(BashComplete):
-    """Bash, in which words end at ``:`` and ``=``: an answer is only what follows them.
+    """Bash, where words end at ``:`` and ``=``: a candidate is only what follows them.
 
-    The script hands over the line up to the cursor and the word as bash sees it.
+    The script passes the line up to the cursor, and the word as bash sees it.
     """
 
     source_template: ClassVar[str] = _BASH
@@ -101,14 +101,14 @@ class Bash(BashComplete):
         return ShellComplete.source(self)
 
     def get_completion_args(self) -> tuple[list[str], str]:
-        """Take the line apart as a shell does."""
+        """Split the line as a shell does."""
         line = os.environ["COMP_WORDS"]
         words = split_arg_string(line)[1:]
         begun = words.pop() if words and split_arg_string(line + "x")[1:] != [*words, "x"] else ""
         return words, begun
 
     def get_completions(self, args: list[str], incomplete: str) -> "list[CompletionItem[Any]]":
-        """Cut what bash has in front of its word off the answers, or put it back."""
+        """Remove from the candidates what bash has before its word, or add it."""
         offers = super().get_completions(args, incomplete)
         option, equals, value = incomplete.partition("=")
         begun = value if equals and option.startswith("-") else incomplete
@@ -132,7 +132,7 @@ class Fish(FishComplete):
     source_template: ClassVar[str] = _FISH
 
     def get_completions(self, args: list[str], incomplete: str) -> "list[CompletionItem[Any]]":
-        """Put ``--option=`` in front of what may follow it; commas in answers are the script's business."""
+        """Put ``--option=`` in front of its values; the script handles commas."""
         offers = super().get_completions(args, incomplete)
         option, equals, _ = incomplete.partition("=")
         if equals and option.startswith("-"):
@@ -150,10 +150,10 @@ def script(shell: str) -> str:
 
 
 def answer() -> int:
-    """Answer a script; an error is never printed, for it would disturb the prompt.
+    """Answer a script; errors are not printed, because they would disturb the prompt.
 
     Returns:
-        The exit code: 0, or 1 where there is no answer.
+        The exit code: 0, or 1 without an answer.
     """
     shell, _, what = os.environ[COMPLETE_VARIABLE].partition("_")
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stderr(nowhere):  # noqa: PTH123 - quick
@@ -161,7 +161,7 @@ def answer() -> int:
             said = script(shell) if what == "source" else _offers(shell)
             sys.stdout.buffer.write(said.encode())
             sys.stdout.flush()
-        except BaseException:  # noqa: BLE001 - a prompt is no place for an error
+        except BaseException:  # noqa: BLE001 - an error would disturb the prompt
             return 1
     return 0
 

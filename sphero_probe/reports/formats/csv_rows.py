@@ -1,4 +1,4 @@
-"""The format ``csv``: rows in, a header and a record each out, for spreadsheets (RFC 4180, lines end in LF).
+"""The format ``csv``: a header and one record per row, for spreadsheets (RFC 4180, lines end in LF).
 
 The header names the keys of the rows. Rows of other types than the view's are left out.
 """
@@ -13,7 +13,7 @@ from sphero_probe.reports.views import View
 
 
 class CommaSeparated:
-    """Writes the view's rows as they come, the header before the first or at the end."""
+    """Writes the view's rows as they arrive, after the header."""
 
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
         self._writer = csv.writer(out, lineterminator="\n")
@@ -29,7 +29,7 @@ class CommaSeparated:
             self._writer.writerow([csv_cell(cell, unicode=self._style.unicode) for cell in cells])
 
     def close(self) -> None:
-        """Write the header if no record came."""
+        """Write the header if there was no record."""
         self._head()
 
     def _head(self) -> None:

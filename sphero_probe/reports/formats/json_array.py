@@ -1,4 +1,4 @@
-"""The format ``json``: rows in, one JSON array out, the objects of ``jsonl`` one a line in it."""
+"""The format ``json``: one JSON array that holds the objects of ``jsonl``, one per line."""
 
 from typing import TextIO
 

@@ -1,4 +1,4 @@
-"""The format ``jsonl``: rows in, one JSON object a line out, each as soon as it comes."""
+"""The format ``jsonl``: one JSON object per line, each written as soon as it arrives."""
 
 from typing import TextIO
 

@@ -1,7 +1,7 @@
-"""The format ``plain``: rows in, one line a record out for ``cut``, ``grep`` and ``awk``, tabs between.
+"""The format ``plain``: one tab-separated line per row, for ``cut``, ``grep`` and ``awk``.
 
 There is no header, and nothing is cut. A line has the record columns of the view, in the view's order (see
-``views``), empty where nothing is known. Rows of other types than the view's are left out.
+``views``); unknown values are empty. Rows of other types than the view's are left out.
 """
 
 from typing import TextIO
@@ -13,7 +13,7 @@ from sphero_probe.reports.views import View
 
 
 class TabSeparated:
-    """Writes the view's rows as they come."""
+    """Writes the view's rows as they arrive."""
 
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
         self._out = out

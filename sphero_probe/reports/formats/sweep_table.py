@@ -1,20 +1,23 @@
-"""The table of a run: its rows come in, a page comes out that leads with what was found."""
+"""The table of a run: a page that leads with what was executed by surprise, then with what was found."""
 
 from typing import Final, TextIO, TypeVar
 
+from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
 from sphero_probe.reports.differences import differences
 from sphero_probe.reports.phrases import remarked, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
+from sphero_probe.reports.run_ending import RunEnding
+from sphero_probe.reports.run_heading import calibration_lines, heading_lines
 from sphero_probe.reports.sweep_sections import Data, FindingLine, Section
 from sphero_probe.reports.terminal import Shape, TerminalWriter
 
 _Part = TypeVar("_Part")
 _CROWD: Final = 32
-"""Findings of a section that may be told by their ids alone, above which they are."""
+"""Findings of a section above which only their ids are shown, where the section allows it."""
 _LINE: Final = 400
-"""Characters of a heading or a remark that are shown at most."""
+"""The most characters of a heading or a remark."""
 _MARK: Final = Shape("", whole=True, look="bold green")
 _NODE: Final = Shape("Node", whole=True)
 _SHAPES: Final = (
@@ -35,11 +38,13 @@ class SweepTable:
         self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
         self._nothing = nothing
         self._held: dict[str, list[Data]] = {"run": [], "finding": [], "note": [], "summary": []}
+        self._run_ending = RunEnding()
 
     def add(self, row: Row) -> None:
         """Keep a row of a run; rows of other types are left out."""
         if row.type in self._held:
             self._held[row.type].append(row.data)
+            self._run_ending.add(row)
 
     def close(self) -> None:
         """Write the page."""
@@ -47,27 +52,27 @@ class SweepTable:
         robot = words.robot_of(heading)
         lines = [words.line_of(data, robot) for data in words.latest(self._held["finding"])]
         lines.sort(key=lambda line: line.number)
-        places = sorted({line.node for line in lines})
+        places = words.places(lines)
         apart = heading is None or len(places) > 1
         notes = self._held["note"]
-        calibration = words.calibration_lines(notes)
+        calibration = calibration_lines(notes)
         for note in notes:
-            if note.get("kind") == "executed":
+            if note.get("kind") == EXECUTED:
                 self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
         if heading:
-            who, *rest = words.heading_lines(heading, places, calibration)
+            who, *rest = heading_lines(heading, places, calibration)
             self._writer.say(who, "bold", limit=_LINE)
             for text in rest:
                 self._writer.say(text, limit=_LINE)
         self._differences([note for note in notes if note.get("kind") == "comparison"])
         self._sections(words.sections(lines, robot), apart=apart)
-        self._withheld(lines, apart=apart)
-        said = ("calibration", "evidence", "executed", "comparison")
+        self._blocked(lines, apart=apart)
+        said = ("calibration", "evidence", EXECUTED, "comparison")
         self._end(heading, lines, [note for note in notes if note.get("kind") not in said])
         self._writer.flush()
 
     def _sections(self, sections: list[Section], *, apart: bool) -> None:
-        """Write the sections; the grids of all of them share their columns and one row of titles."""
+        """Write the sections; their grids share the columns and one row of titles."""
         marked = any(line.mark for section in sections for line in section.lines)
         wanted = [(shape is not _MARK or marked) and (shape is not _NODE or apart) for shape in _SHAPES]
         shapes = _picked(_SHAPES, wanted)
@@ -89,17 +94,17 @@ class SweepTable:
                 self._named(words.crowds(section.lines, apart=apart))
 
     def _differences(self, notes: list[Data]) -> None:
-        """What the robot claims and what was found leads the report where it differs."""
+        """Write how the findings differ from the robot's own list and the catalogue."""
         for note in notes:
             self._writer.skip()
-            self._writer.say("Beside what the robot says of itself, and what is known", "bold")
+            self._writer.say("Differences from the robot's own list and the catalogue", "bold")
             self._named(differences(note))
 
-    def _withheld(self, lines: list[FindingLine], *, apart: bool) -> None:
-        told = words.withheld(lines, self._times, apart=apart)
+    def _blocked(self, lines: list[FindingLine], *, apart: bool) -> None:
+        told = words.blocked(lines, self._times, apart=apart)
         if told:
             self._writer.skip()
-            self._writer.say("Withheld: these were not asked", "bold")
+            self._writer.say("Blocked: these were not sent", "bold")
             self._named(told)
 
     def _named(self, told: list[tuple[str, list[str]]]) -> None:
@@ -122,9 +127,10 @@ class SweepTable:
         if summary:
             self._writer.say(words.ending(summary, lines), "bold")
             if not summary.get("complete"):
-                self._writer.say("Stopped before the end: what was left has not been asked.", "bold yellow")
+                said = "; ".join(self._run_ending.reasons)
+                self._writer.say(f"Incomplete: {said}.", "bold yellow")
         elif heading:
-            self._writer.say("Cut off: the run has no end, so this is not all of it.", "bold yellow")
+            self._writer.say("Incomplete: the record of this run ends before the run did.", "bold yellow")
         elif not lines and not closing:
             self._writer.say(self._nothing)
 

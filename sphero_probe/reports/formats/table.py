@@ -1,4 +1,4 @@
-"""The format ``table``: rows in, a page for people out when all have come."""
+"""The format ``table``: a page for people, written when all rows have arrived."""
 
 from typing import TextIO
 
@@ -9,7 +9,7 @@ from sphero_probe.reports.views import FINDINGS, View
 
 
 class ListTable:
-    """Collects the view's rows and writes them at the end; a column in which nothing is known is left out."""
+    """Collects the view's rows and writes them at the end, without empty columns."""
 
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
         self._writer = TerminalWriter(out, style)
