@@ -31,6 +31,24 @@ def test_it_is_short_and_starts_with_a_transcript() -> None:
     assert len(LINE.findall(README)) >= 15
 
 
+def without_times(page: str) -> list[str]:
+    """Return the lines of a run's table without what differs from run to run: date, milliseconds, seconds."""
+    page = re.sub(r"Started \S+Z", "Started", page)
+    return [
+        re.sub(r" +\d+\.\d$", "", re.sub(r"in \d+\.\d s$", "in s", line))
+        for line in page.splitlines()
+        if line
+    ]
+
+
+def test_the_transcript_is_what_the_tool_prints(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    line, _, shown = README.split("```console\n$ sphero-probe ")[1].split("```")[0].partition("\n")
+    monkeypatch.setenv("COLUMNS", "96")
+    ran = cli(*shlex.split(line), "--format", "table", "--color", "never")
+    assert len(without_times(shown)) > 20
+    assert without_times(shown) == without_times(ran.out)
+
+
 def test_the_cookbook_teaches_by_command_lines() -> None:
     assert len(LINE.findall(PAGES["docs/cookbook.md"])) >= 12
 

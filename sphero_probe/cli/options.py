@@ -125,7 +125,9 @@ def adapter_option(name: str = "adapter") -> Function:
 
 def _check_device(ctx: click.Context, param: click.Parameter, value: str | None) -> str:
     if value is not None and not value.strip():
-        raise click.BadParameter("is empty; leave --device out to use the only robot nearby", ctx, param)
+        raise click.BadParameter(
+            "the name is empty; leave --device out to use the only robot nearby", ctx, param
+        )
     return value or ""
 
 

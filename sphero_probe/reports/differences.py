@@ -31,5 +31,10 @@ def differences(note: Mapping[str, object]) -> list[tuple[str, list[str]]]:
         if isinstance(device, dict) and isinstance(did := device.get("did"), int)
     ]
     if dids:
-        told.append((f"{len(dids)} ghost devices (in the robot's list, but absent)", spans(dids)))
+        told.append(
+            (
+                f"{len(dids)} ghost device{'s' * (len(dids) > 1)} (in the robot's list, but absent)",
+                spans(dids),
+            )
+        )
     return told

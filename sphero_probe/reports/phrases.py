@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 
 from sphero_probe.catalogue.provenance import ASSUMED, ONE_UNTESTED_SOURCE, UNTESTED
+from sphero_probe.probing.finding import Outcome
 from sphero_probe.reports.ids import spans
 
 Data = Mapping[str, object]
@@ -251,11 +252,16 @@ def measured(data: Data) -> str:
     return f"{shown(data.get('value'))} {shown(data.get('unit'))}".strip()
 
 
+def counted_outcome(word: str) -> str:
+    """Return an outcome as it reads after a number: ``exist``, ``blocked`` for ``skipped``."""
+    return {Outcome.EXISTS.value: "exist", Outcome.SKIPPED.value: "blocked"}.get(word, word)
+
+
 def found(data: Data) -> str:
-    """Return the outcomes of a run, without zeros: ``8 exists, 239 absent``."""
+    """Return the outcomes of a run, without zeros: ``8 exist, 239 absent``."""
     counts = data.get("counts")
     held = counts.items() if isinstance(counts, dict) else ()
-    return ", ".join(f"{shown(count)} {shown(word)}" for word, count in held if count)
+    return ", ".join(f"{shown(count)} {counted_outcome(shown(word))}" for word, count in held if count)
 
 
 def end_of_run(data: Data) -> str:

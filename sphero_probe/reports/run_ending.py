@@ -23,7 +23,7 @@ class RunEnding:
     """Collects the reasons why a run is incomplete."""
 
     def __init__(self) -> None:
-        self._generation = Generation.V2
+        self._generation: Generation | None = None
         self._reasons: set[str] = set()
 
     def add(self, row: Row) -> None:
@@ -31,7 +31,7 @@ class RunEnding:
         data = row.data
         if row.type == "run":
             robot = ROBOTS.get(shown(data.get("robot")))
-            self._generation = robot.generation if robot else self._generation
+            self._generation = robot.generation if robot else None
         elif row.type == "note" and data.get("kind") == EXECUTED:
             self._reasons.add(_EXECUTED)
         elif row.type == "finding" and data.get("note") == DEAD:
@@ -53,6 +53,8 @@ class RunEnding:
 
     def _is_unavailable(self, data: dict[str, object]) -> bool:
         """Whether a node said that it is unavailable, or did not answer an echo."""
+        if self._generation is None:
+            return False
         code = data.get("code")
         if isinstance(code, int):
             return CODECS[self._generation].verdict(code) is Verdict.TARGET_UNAVAILABLE

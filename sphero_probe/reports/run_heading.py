@@ -1,7 +1,10 @@
 """Writes the head of a run's table: the robot, the plan, and what calibration measured."""
 
+from collections import Counter
 from collections.abc import Sequence
 
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.probing.notes import EXECUTED, node_name
 from sphero_probe.reports.phrases import Data, shown
 
 
@@ -27,21 +30,32 @@ def heading_lines(heading: Data, places: Sequence[str], calibration: Sequence[st
     ]
 
 
-def calibration_lines(notes: Sequence[Data]) -> list[str]:
+def calibration_lines(notes: Sequence[Data], robot: Robot | None) -> list[str]:
     """Return what calibration measured: a line for each node, with the last count of its evidence.
 
-    Nodes with the same result share a line.
+    Nodes with the same result share a line. Commands that accepted a wrong length afterwards are counted.
+
+    Args:
+        notes: of the run.
+        robot: the model, None if it is not known.
     """
     evidence: dict[str, str] = {}
     for note in notes:
         if note.get("kind") == "evidence":
             node, _, text = shown(note.get("text")).partition(": ")
             evidence[node] = text
+    targets = (note.get("target") for note in notes if note.get("kind") == EXECUTED)
+    executed = Counter(node_name(target if isinstance(target, int) else None, robot) for target in targets)
     nodes: dict[str, list[str]] = {}
     for note in notes:
         if note.get("kind") == "calibration":
             node, _, text = shown(note.get("text")).partition(": ")
-            counted = evidence.pop(node, "")
-            nodes.setdefault(f"{text}; {counted}" if counted else text, []).append(node)
+            parts = filter(None, (text, evidence.pop(node, ""), _surprises(executed[node])))
+            nodes.setdefault("; ".join(parts), []).append(node)
     lines = [f"{', '.join(held)}: {text}" for text, held in nodes.items()]
     return [*lines, *(f"{node}: {text}" for node, text in evidence.items())]
+
+
+def _surprises(count: int) -> str:
+    """Return that commands accepted a wrong length all the same; empty for none."""
+    return f"but {count} command{'s' * (count > 1)} accepted a wrong length" if count else ""

@@ -24,7 +24,8 @@ _NAMED_AT_MOST: Final = 6
 """Blocked commands of one reason that are shown with their names; of more, only the ids are shown."""
 _DOTTED_NAME: Final = re.compile(r"\b[a-z]\w*\.[a-z]\w*\b", re.ASCII)
 _NOT_ASKED: Final = re.compile(
-    rf"(?<=: ){_DOTTED_NAME.pattern}(?:: documented, not asked(?: at a wrong length)?)?(?= \()", re.ASCII
+    rf"(?<=: ){_DOTTED_NAME.pattern}(?:: documented, not (?:asked|sent)(?: at a wrong length)?)?(?= \()",
+    re.ASCII,
 )
 """A reason that is only a name, or a name and that it was not asked."""
 _REMARKS_SHOWN: Final = 3
@@ -270,9 +271,8 @@ def ending(summary: Data, lines: Sequence[FindingLine]) -> str:
     maybe = sum(line.maybe and line.outcome == exists for line in lines)
     counts = {exists: 0} | counts
     counts[exists] = max(0, counts[exists] - maybe)
-    words = {exists: "exist", Outcome.SKIPPED.value: "blocked"}
     told = [
-        f"{count} {words.get(word, word)}"
+        f"{count} {phrases.counted_outcome(word)}"
         for word, count in (*counts.items(), (MAYBE, maybe))
         if count or word == exists
     ]

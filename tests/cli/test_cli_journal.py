@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -472,28 +471,12 @@ def test_a_run_that_ends_early_by_itself_is_incomplete(
     assert "  resume: sphero-probe sweep --resume" in ran.err
 
 
-def test_the_error_of_an_incomplete_run_names_what_was_executed(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
-    from sphero_probe.probing.engine import Engine
-    from sphero_probe.probing.finding import Summary
-    from sphero_probe.probing.notes import executed_note
-    from sphero_probe.protocol.packets import Command
-
-    real = Engine.records
-
-    async def records(run: Engine) -> Any:
-        async for record in real(run):
-            if isinstance(record, Summary):
-                yield executed_note(
-                    Command(0x16, 0x99, bytes(11), 0x11), "", datetime(2026, 1, 1, tzinfo=UTC)
-                )
-                yield record._replace(complete=False)
-            else:
-                yield record
-
-    monkeypatch.setattr(Engine, "records", records)
-    ran = cli(*SWEEP, *FAKE, "--format", "table")
+def test_an_incomplete_run_names_the_command_that_was_executed(cli: Cli, folder: Path) -> None:
+    """One of the hidden commands of this robot does not check its length."""
+    ran = cli("sweep", "--did", "0x02", "--device", "fake:ollie?hidden=8&seed=5", "--format", "table")
     assert ran.code == 5
-    assert ran.out.startswith("Executed: 0x16:0x99 unknown command")
+    assert ran.out.startswith("Executed: 0x02:0x2e unknown command accepted")
+    assert "but 1 command accepted a wrong length" in " ".join(ran.out.split())
+    assert "\nIncomplete: a wrong length was executed" in ran.out
     assert "the run is incomplete: a wrong length was executed" in ran.err
+    assert "  resume: sphero-probe sweep --resume" in ran.err

@@ -76,8 +76,8 @@ def test_the_differences_lead_the_table(cli: Cli) -> None:
         *("discover", "--did", "0x10-0x13", "--device", "fake:bolt?claims=lying&hidden=6&seed=2"),
         *("--format", "table"),
     )
-    assert "ghost: claimed, but absent" in ran.out
-    assert ran.out.index("ghost: claimed") < ran.out.index("get_battery_voltage")
+    assert "ghost (in the robot's list, but absent):" in ran.out
+    assert ran.out.index("ghost (in the") < ran.out.index("get_battery_voltage")
 
 
 def test_lengths_are_tried_if_consent_covers_them(cli: Cli, tmp_path: Path) -> None:

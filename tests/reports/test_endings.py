@@ -99,13 +99,14 @@ def test_an_incomplete_run_says_why(rows: list[Row], expected: str) -> None:
     start, end = run_of([])[0], summary_row(summary([], complete=False))
     assert f"Incomplete: {expected}" in rendered("table", [start, *rows, end])
     ending = RunEnding()
-    for row in rows:
+    for row in [start, *rows]:
         ending.add(row)
     assert ending.message().startswith(f"the run is incomplete: {expected}")
 
 
 def test_all_reasons_are_named_the_surprise_first() -> None:
     ending = RunEnding()
+    ending.add(heading_row(HEADING))
     ending.add(finding_row(answered(1, 0x13, 0x10, 0x0A)))
     ending.add(EXECUTED)
     assert len(ending.reasons) == 2
@@ -146,7 +147,7 @@ def test_differences_are_listed_with_devices_that_are_absent() -> None:
         "Differences from the robot's own list and the catalogue\n"
         "  1 hidden (exist, but not in the robot's list):\n      0x13:0x99\n"
         "  1 unknown (exist, but not in any catalogue):\n      0x13:0x99\n"
-        "  1 ghost devices (in the robot's list, but absent):\n      0x1c\n"
+        "  1 ghost device (in the robot's list, but absent):\n      0x1c\n"
     ) in shown
 
 

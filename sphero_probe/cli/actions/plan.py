@@ -42,7 +42,7 @@ def check_plans(files: tuple[str, ...]) -> None:
         more = (
             f", {later} stage{'s' * (later > 1)} that depend{'s' * (later == 1)} on findings" if later else ""
         )
-        click.echo(f"{file}: ok, {probes} probes{more}")
+        click.echo(f"{file}: ok, {probes} probe{'s' * (probes != 1)}{more}")
     if len(broken) == 1:
         raise broken[0]
     if broken:

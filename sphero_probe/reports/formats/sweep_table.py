@@ -55,10 +55,12 @@ class SweepTable:
         places = words.places(lines)
         apart = heading is None or len(places) > 1
         notes = self._held["note"]
-        calibration = calibration_lines(notes)
-        for note in notes:
-            if note.get("kind") == EXECUTED:
-                self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
+        calibration = calibration_lines(notes, robot)
+        executed = [note for note in notes if note.get("kind") == EXECUTED]
+        for note in executed:
+            self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
+        if executed:
+            self._writer.skip()
         if heading:
             who, *rest = heading_lines(heading, places, calibration)
             self._writer.say(who, "bold", limit=_LINE)
