@@ -5,6 +5,8 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.simulator import parse_settings
+from sphero_probe.transports.base import BLE_PORT
+from sphero_probe.transports.fake_address import CLIENT_PORTS
 from sphero_probe.transports.registry import DeviceAddress, parse_address
 from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
 
@@ -32,8 +34,14 @@ def model_behind(address: DeviceAddress) -> Robot | None:
 
 
 def port_behind(address: DeviceAddress) -> int:
-    """Return the port nibble of target addresses over this kind of connection."""
-    return PORT if address.scheme in USUAL else 1
+    """Return the port nibble of target addresses over this kind of connection.
+
+    Raises:
+        UsageError: a ``fake:`` address that makes no sense.
+    """
+    if address.scheme == "fake":
+        return CLIENT_PORTS[parse_settings(address.rest).line]
+    return PORT if address.scheme in USUAL else BLE_PORT
 
 
 def generation_behind(address: DeviceAddress) -> Generation:

@@ -1,7 +1,7 @@
 """What a command does to a robot: a call on its state comes in, a reply goes out, the state changes.
 
-Most commands are told by their rows alone: a setter is remembered, a getter answers what was set or a
-plausible reading. Only what stands in a generation's repertoire does more.
+For most commands the catalogue row is enough: a setter is remembered, a getter answers what was set or a
+plausible reading. The behaviours of a generation describe the others.
 """
 
 from typing import Final, NamedTuple
@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from sphero_probe.catalogue import notification_row
 from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.protocol.packets import Generation, Verdict
+from sphero_probe.protocol.packets import Command, Generation, Verdict
 from sphero_probe.protocol.v1 import V1
 from sphero_probe.protocol.v2 import V2
 from sphero_probe.simulator import behaviours_v1, behaviours_v2
@@ -46,6 +46,52 @@ BEHAVIOURS: Final[dict[Generation, Behaviours]] = {
     V2.generation: behaviours_v2.BEHAVIOURS_V2,
 }
 """What the commands of each generation do beyond what their rows tell."""
+
+
+class Attempt(NamedTuple):
+    """How a command ended at the node that took it.
+
+    Attributes:
+        reply: what it gets.
+        ran: the command, if it was executed.
+    """
+
+    reply: Reply
+    ran: FirmwareCommand | None = None
+
+
+def attempt(state: State, node: int, asked: Command, mask: frozenset[int], *, now: float) -> Attempt:
+    """Look a command up on a node, check the length of its payload, and run it.
+
+    Args:
+        state: of the robot.
+        node: number of the node.
+        asked: the command as it was received.
+        mask: devices that refuse lengths even of commands that they do not have.
+        now: seconds of the caller's clock.
+    """
+    did, cid, payload, _ = asked
+    bootloader = BEHAVIOURS[state.model.generation].bootloader
+    shut_out = state.in_bootloader and did != bootloader
+    if shut_out or not state.firmware.has_device(node, did):
+        return Attempt(Reply(Verdict.NO_DEVICE))
+    command = state.firmware.find(node, did, cid)
+    if command is None:
+        return Attempt(Reply(Verdict.BAD_LENGTH if payload and did in mask else Verdict.NO_COMMAND))
+    if not _takes(command, len(payload), state.strict):
+        return Attempt(Reply(Verdict.BAD_LENGTH))
+    reply = execute(Call(state, command, command.lengths.fit(payload), now))
+    return Attempt(reply, command if reply.verdict is Verdict.OK else None)
+
+
+def _takes(command: FirmwareCommand, length: int, strict: Strict) -> bool:
+    match strict:
+        case Strict.EXACT:
+            return command.lengths.accepts(length)
+        case Strict.MINIMUM:
+            return length >= command.lengths.minimum
+        case Strict.NONE:
+            return True
 
 
 def execute(call: Call) -> Reply:

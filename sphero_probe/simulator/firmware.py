@@ -20,6 +20,9 @@ _WITHOUT_MATRIX: Final = "bolt-plus"
 _MATRIX: Final = "compressed_frame_player"
 """Part of the name of every command of the matrix."""
 
+SHARED_DEVICES: Final = (0x10, 0x11)
+"""The devices whose commands any node may have: echo and versions are the document's examples [vendor]."""
+
 _LENGTHS: Final[dict[tuple[int, int], tuple[int, int]]] = {(0x10, 0x00): (0, 16)}
 """Bounds that a layout cannot say: echo takes 16 bytes at most [vendor]."""
 
@@ -133,7 +136,14 @@ class Firmware:
         commands: (node, did, cid) -> command, in rising order.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, nodes: tuple[int, ...] | None = None) -> None:
+        """Make the table.
+
+        Args:
+            settings: the model, and what differs from it.
+            nodes: numbers of the nodes, None for those of the model. A node that the model does not have
+                gets the commands that all nodes of the model have in ``SHARED_DEVICES``.
+        """
         robot = settings.model
         known = [
             command
@@ -146,6 +156,9 @@ class Firmware:
         table = {(command.node, command.did, command.cid): command for command in known}
         for command in _secrets(settings, known):
             table[command.node, command.did, command.cid] = command
+        if nodes is not None:
+            table = _on_nodes(table, tuple(robot.nodes), nodes)
+            known = [command for command in table.values() if not command.hidden]
         self.commands = dict(sorted(table.items()))
         self._devices = {(node, did) for node, did, _ in self.commands}
         self._claims = _claims(settings, known, set(self.commands))
@@ -172,6 +185,18 @@ class Firmware:
             Fact(command.node, command.did, command.cid, command.lengths, command.risk, command.hidden)
             for command in self.commands.values()
         ]
+
+
+def _on_nodes(
+    table: dict[tuple[int, int, int], FirmwareCommand], usual: tuple[int, ...], nodes: tuple[int, ...]
+) -> dict[tuple[int, int, int], FirmwareCommand]:
+    """Keep the commands of the nodes that there are, and give shared ones to the others."""
+    kept = {key: command for key, command in table.items() if key[0] in nodes}
+    for (_, did, cid), command in table.items():
+        if did in SHARED_DEVICES and not command.hidden and all((node, did, cid) in table for node in usual):
+            for node in set(nodes) - set(usual):
+                kept[node, did, cid] = command._replace(node=node)
+    return kept
 
 
 def _from_row(row: CommandRow, robot: Robot) -> list[FirmwareCommand]:

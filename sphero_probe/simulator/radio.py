@@ -4,7 +4,7 @@ from random import Random
 from typing import Final, NamedTuple
 
 from sphero_probe.simulator.channel import Channel
-from sphero_probe.simulator.settings import Settings
+from sphero_probe.simulator.settings import Line, Settings
 
 NOTIFICATION_BYTES: Final = 20
 """What one BLE notification or write carries at the smallest MTU, 23 bytes less 3 of its own."""
@@ -36,7 +36,8 @@ class Radio:
         interval, per_event = settings.interval, settings.per_event or PER_EVENT
         if interval is None and settings.per_event is not None:
             interval = INTERVAL
-        size = settings.split or NOTIFICATION_BYTES
+        is_ble = settings.line is Line.BLE
+        size = settings.split or (NOTIFICATION_BYTES if is_ble else None)
         self._to_robot = Channel(None if interval is None else NOTIFICATION_BYTES, interval, per_event)
         self._to_host = Channel(size, interval, per_event)
         self._held: _Held | None = None

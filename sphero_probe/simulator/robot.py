@@ -6,16 +6,18 @@ from typing import Final, assert_never
 
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Malformed, Request, Role, Verdict
-from sphero_probe.simulator.calls import Call, News, Reply
+from sphero_probe.simulator.calls import News, Reply
 from sphero_probe.simulator.command_queue import CommandQueue
-from sphero_probe.simulator.execution import BEHAVIOURS, Executed, execute
-from sphero_probe.simulator.firmware import Fact, FirmwareCommand
+from sphero_probe.simulator.execution import BEHAVIOURS, Executed, attempt
+from sphero_probe.simulator.firmware import Fact
+from sphero_probe.simulator.network import Network, Wiring
 from sphero_probe.simulator.radio import Radio
 from sphero_probe.simulator.readings import identity
 from sphero_probe.simulator.response_style import RESPONSE_STYLES
-from sphero_probe.simulator.settings import Overflow, Settings, Strict
+from sphero_probe.simulator.settings import Overflow, Settings
 from sphero_probe.simulator.sleep_timer import SleepEvent, SleepTimer
 from sphero_probe.simulator.state import State
+from sphero_probe.simulator.topology import Ending, Route
 
 BOOTING: Final = 1.5
 """Seconds from a reboot until the robot hears again; an assumption."""
@@ -35,7 +37,23 @@ class FakeRobot:
         on_drop: called when the line drops.
     """
 
-    def __init__(self, settings: Settings, on_execute: Callable[[Executed], None] | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        on_execute: Callable[[Executed], None] | None = None,
+        *,
+        wiring: Wiring | None = None,
+    ) -> None:
+        """Start a robot.
+
+        Args:
+            settings: what it is and how it behaves.
+            on_execute: called with every command that it executes.
+            wiring: the nodes that it has and how its client is connected; None for those of the model.
+
+        Raises:
+            UsageError: the settings name a line or a node that the robot does not have.
+        """
         self.model = settings.model
         self.malformed = 0
         self.connected = True
@@ -46,10 +64,11 @@ class FakeRobot:
         self.silent = set(settings.silent)
         self.on_execute = [on_execute] if on_execute else []
         self.on_drop: Callable[[], None] = lambda: None
-        self._repertoire = BEHAVIOURS[settings.model.generation]
-        idleness = self._repertoire.idleness
+        self._behaviours = BEHAVIOURS[settings.model.generation]
+        idleness = self._behaviours.idleness
         timeout = idleness.timeout if settings.sleep_after is None else settings.sleep_after
-        self._state = State(settings, SleepTimer(timeout, idleness.notice))
+        self._network = Network(settings, wiring)
+        self._state = State(settings, SleepTimer(timeout, idleness.notice), self._network.nodes)
         self._queue = CommandQueue(settings.queue, settings.service)
         self._radio = Radio(settings)
         self._codec = CODECS[settings.model.generation]
@@ -62,7 +81,7 @@ class FakeRobot:
     def name(self) -> str:
         """The Bluetooth name: the robot's own, until another one is set."""
         for (_, *pair), payload in self._state.memory.items():
-            if tuple(pair) == self._repertoire.name_setter:
+            if tuple(pair) == self._behaviours.name_setter:
                 return payload.partition(b"\0")[0].decode("utf-8", "replace")
         return self._own_name
 
@@ -98,7 +117,7 @@ class FakeRobot:
         self._heard = 0
         self._decoder = self._codec.decoder(Role.ROBOT)
         self._radio.connect(now=now)
-        if self._repertoire.wake is None or not self._state.asleep:
+        if self._behaviours.wake is None or not self._state.asleep:
             self.wake(now=now)
 
     def drop(self, *, now: float) -> None:
@@ -156,8 +175,7 @@ class FakeRobot:
             return
         hears = not (self._state.off or self._state.asleep)
         if not self._queue.admit(request, now=now) and hears and self._settings.overflow is Overflow.BUSY:
-            node = self._style.node_wanted(request) or next(iter(self.model.nodes))
-            self._answer(request, node, Reply(Verdict.BUSY), now)
+            self._answer(request, self._route(request, now), Reply(Verdict.BUSY), now)
         self._serve_until(now)
         self._heard += 1
         if self.connected and self._heard == self._settings.disconnect_after:
@@ -171,14 +189,17 @@ class FakeRobot:
     def _serve(self, request: Request, now: float) -> None:
         did, cid, *_ = request.command
         state = self._state
-        if state.off or (state.asleep and (did, cid) != self._repertoire.wake):
+        if state.off or (state.asleep and (did, cid) != self._behaviours.wake):
             return
         if (did, cid) == self._settings.reboot_on:
             self._reboot(now)
             return
         was_asleep = state.asleep
-        node, reply = self._reply(request, now)
-        self._answer(request, node, reply, now)
+        route = self._route(request, now)
+        if route.ending is Ending.LOST:
+            return
+        reply = self._reply(request, route, now)
+        self._answer(request, route, reply, now)
         if reply.prompt:
             self._radio.send(reply.prompt, now=now)
         for news in reply.news:
@@ -186,12 +207,20 @@ class FakeRobot:
         if (was_asleep or self._style.is_activity(request)) and not (state.asleep or state.in_bootloader):
             state.rest.touch(now=now)
 
-    def _answer(self, request: Request, node: int, reply: Reply, now: float) -> None:
+    def _route(self, request: Request, now: float) -> Route:
+        """Find the node that takes a command; of the nodes that have it, the first for the wildcard."""
+        did, cid, *_ = request.command
+        firmware = self._state.firmware
+        return self._network.receive(request, lambda node: firmware.find(node, did, cid) is not None, now=now)
+
+    def _answer(self, request: Request, route: Route, reply: Reply, now: float) -> None:
         """Send a reply, if the command wants one and the robot is not mute on it."""
         code = self._codes[reply.verdict] if reply.code is None else reply.code
         well = self._codec.verdict(code) is Verdict.OK
-        if self._style.is_answered(request, well) and request.command[:2] not in self.silent:
-            response = self._style.respond(request, self.model.answer_style, node, code, reply.payload)
+        addresses = self._network.answer(route, now=now)
+        if addresses and self._style.is_answered(request, well) and request.command[:2] not in self.silent:
+            style = self.model.answer_style
+            response = self._style.respond(request, style, addresses, code, reply.payload)
             self._radio.send(self._codec.encode_response(response), now=now, is_answer=True)
 
     def _reboot(self, now: float) -> None:
@@ -206,56 +235,38 @@ class FakeRobot:
         """Be there again, and say so to whoever is connected."""
         self._state.booting = False
         self.wake(now=now)
-        if self._repertoire.prompt and self.connected:
-            self._radio.send(self._repertoire.prompt, now=now)
-        if self._repertoire.awake:
-            self._notify(News(next(iter(self.model.nodes)), self._repertoire.awake), now)
+        if self._behaviours.prompt and self.connected:
+            self._radio.send(self._behaviours.prompt, now=now)
+        if self._behaviours.awake:
+            self._notify(News(self._network.nodes[0], self._behaviours.awake), now)
 
-    def _reply(self, request: Request, now: float) -> tuple[int, Reply]:
-        """Find out what a request gets, and from which node."""
-        did, cid, payload, _ = request.command
-        wanted = self._style.node_wanted(request)
-        if wanted and wanted not in self.model.nodes:
-            return wanted, Reply(Verdict.NO_TARGET)
-        firmware = self._state.firmware
-        nodes = (wanted,) if wanted else tuple(self.model.nodes)
-        node = next((node for node in nodes if firmware.find(node, did, cid)), nodes[0])
-        command = firmware.find(node, did, cid)
+    def _reply(self, request: Request, route: Route, now: float) -> Reply:
+        """Find out what a command gets from the node where it ended."""
+        if route.ending is Ending.BAD_TARGET:
+            return Reply(Verdict.NO_TARGET)
+        if route.ending is Ending.UNAVAILABLE:
+            return Reply(Verdict.TARGET_UNAVAILABLE)
         if objection := self._style.objection(request):
-            return node, Reply(objection)
+            return Reply(objection)
         if self._settings.busy and self._busy.random() < self._settings.busy:
-            return node, Reply(Verdict.BUSY)
-        shut_out = self._state.in_bootloader and did != self._repertoire.bootloader
-        if shut_out or not firmware.has_device(node, did):
-            return node, Reply(Verdict.NO_DEVICE)
-        if command is None:
-            masked = payload and did in self._settings.mask
-            return node, Reply(Verdict.BAD_LENGTH if masked else Verdict.NO_COMMAND)
-        if not self._takes(command, len(payload)):
-            return node, Reply(Verdict.BAD_LENGTH)
-        reply = execute(Call(self._state, command, command.lengths.fit(payload), now))
-        if reply.verdict is Verdict.OK:
+            return Reply(Verdict.BUSY)
+        node, asked = route.place.node, request.command
+        reply, ran = attempt(self._state, node, asked, self._settings.mask, now=now)
+        if ran:
+            executed = Executed(node, asked.did, asked.cid, asked.payload, ran.risk)
             for tell in self.on_execute:
-                tell(Executed(node, did, cid, payload, command.risk))
-        return node, reply
-
-    def _takes(self, command: FirmwareCommand, length: int) -> bool:
-        match self._settings.strict:
-            case Strict.EXACT:
-                return command.lengths.accepts(length)
-            case Strict.MINIMUM:
-                return length >= command.lengths.minimum
-            case Strict.NONE:
-                return True
+                tell(executed)
+        return reply
 
     def _notify(self, news: News, now: float) -> None:
-        if self.connected:
+        if self.connected and self._network.is_heard(news.node, now=now):
             notification = self._style.notify(self.model.answer_style, news.node, news.pair, news.payload)
             self._radio.send(self._codec.encode_notification(notification), now=now)
 
     def _pass_time(self, now: float) -> None:
         """Let happen what happens by itself until ``now``, in order."""
         rest, queue, radio = self._state.rest, self._queue, self._radio
+        self._network.begin(now=now)
         rest.begin(now=now)
         radio.begin(now=now)
         while times := [at for at in (queue.due, rest.due, radio.due) if at is not None and at <= now]:
@@ -274,7 +285,7 @@ class FakeRobot:
             self._notify(News(sample.node, sample.pair, sample.payload), sample.sent)
 
     def _turn(self, turn: SleepEvent, now: float) -> None:
-        idleness, node = self._repertoire.idleness, next(iter(self.model.nodes))
+        idleness, node = self._behaviours.idleness, self._network.nodes[0]
         match turn:
             case SleepEvent.WARN:
                 self._notify(News(node, idleness.warning), now)

@@ -1,7 +1,5 @@
 """What follows ``fake:`` in an address comes in as text, a fake robot's settings go out."""
 
-import math
-import re
 from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
@@ -11,12 +9,23 @@ from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import UsageError, nearest
 from sphero_probe.simulator.response_style import RESPONSE_STYLES
+from sphero_probe.simulator.setting_values import (
+    at_least,
+    devices,
+    node,
+    nodes,
+    one_of,
+    pair,
+    pairs,
+    path,
+    probability,
+    seconds,
+    switch,
+    whole,
+)
 
 MOST_HIDDEN: Final = 500
 """Hidden commands that any robot has room for."""
-
-_UNITS: Final = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0}
-_QUANTITY: Final = re.compile(r"(\d+(?:\.\d*)?|\.\d+)([a-z]*)", re.ASCII)
 
 
 class Strict(StrEnum):
@@ -41,6 +50,25 @@ class Overflow(StrEnum):
 
     LOST = "lost"
     BUSY = "busy"
+
+
+class Line(StrEnum):
+    """How a client reaches a robot."""
+
+    BLE = "ble"
+    UART = "uart"
+
+
+class Hang(NamedTuple):
+    """A node that stops working.
+
+    Attributes:
+        node: its number.
+        after: seconds from the robot's start.
+    """
+
+    node: int
+    after: float
 
 
 class Settings(NamedTuple):
@@ -71,6 +99,11 @@ class Settings(NamedTuple):
         reboot_on: (did, cid) that makes the robot start anew, whatever the payload.
         split: bytes per notification, None for as many as one BLE notification holds.
         silent: (did, cid) pairs that are never answered.
+        line: how the client reaches the robot.
+        unavailable: nodes for which another node answers "target unavailable".
+        bad_target_from: the node that answers for nodes that do not exist; None for the one that found out.
+        die: the node that hangs from some time on; None for none.
+        topology: file with the network of nodes that the robot is; whoever carries the bytes reads it.
         truth: file for the list of commands that exist; whoever carries the bytes writes it.
         ledger: file for the list of commands executed, likewise.
     """
@@ -98,6 +131,11 @@ class Settings(NamedTuple):
     reboot_on: tuple[int, int] | None = None
     split: int | None = None
     silent: frozenset[tuple[int, int]] = frozenset()
+    line: Line = Line.BLE
+    unavailable: frozenset[int] = frozenset()
+    bad_target_from: int | None = None
+    die: Hang | None = None
+    topology: str | None = None
     truth: str | None = None
     ledger: str | None = None
 
@@ -139,129 +177,43 @@ def _unknown(kind: str, word: str, known: list[str]) -> str:
     return f"unknown fake {kind} {word!r};{guess} there are {', '.join(known)}"
 
 
-def _whole(least: int, most: int | None = None) -> Callable[[str], int]:
-    def read(text: str) -> int:
-        number = _number(text)
-        if number < least or (most is not None and number > most):
-            bounds = f"from {least} up" if most is None else f"from {least} to {most}"
-            raise ValueError(f"a whole number {bounds} is wanted")
-        return number
-
-    return read
-
-
-def _number(text: str) -> int:
-    digits = text.lower().removeprefix("0x")
-    base = 10 if digits == text.lower() else 16
-    if re.fullmatch("[0-9a-f]{1,18}" if base == 16 else "[0-9]{1,18}", digits) is None:
-        raise ValueError("a whole number is wanted, such as 3 or 0x1f")
-    return int(digits, base)
-
-
-def _probability(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value <= 1:
-        raise ValueError("a probability from 0 to 1 is wanted")
-    return value
-
-
-def _seconds(text: str) -> float:
-    found = _QUANTITY.fullmatch(text)
-    if found is None or (found[2] and found[2] not in _UNITS):
-        raise ValueError("a time is wanted, such as 15ms or 0.5s")
-    if not found[2]:
-        raise ValueError(f"a time needs its unit: {text}ms or {text}s")
-    return float(found[1]) * _UNITS[found[2]]
-
-
-def _at_least(least: str) -> Callable[[str], float]:
-    def read(text: str) -> float:
-        seconds = _seconds(text)
-        if seconds < _seconds(least):
-            raise ValueError(f"a time of {least} or more is wanted")
-        return seconds
-
-    return read
-
-
-def _one_of(words: type[StrEnum]) -> Callable[[str], StrEnum]:
-    def read(text: str) -> StrEnum:
-        if text not in [word.value for word in words]:
-            raise ValueError(f"one of {', '.join(words)} is wanted")
-        return words(text)
-
-    return read
-
-
-def _switch(text: str) -> bool:
-    if text not in ("0", "1"):
-        raise ValueError("0 or 1 is wanted")
-    return text == "1"
-
-
-def _pairs(text: str) -> frozenset[tuple[int, int]]:
-    try:
-        return frozenset(_pair(word) for word in text.split(","))
-    except ValueError as error:
-        raise ValueError(f"{error}; several with a comma between them") from None
-
-
-def _pair(text: str) -> tuple[int, int]:
-    try:
-        did, cid = (_number(word) for word in text.split(":"))
-    except ValueError:
-        did = cid = -1
-    if not (0 <= did <= 0xFF and 0 <= cid <= 0xFF):
-        raise ValueError("DID:CID is wanted, such as 0x13:0x10")
-    return did, cid
-
-
-def _masked(text: str) -> frozenset[int]:
-    """Read the devices that mask: 1 for all, 0 for none, or a list of device ids."""
-    if text in ("0", "1"):
-        return frozenset(range(256)) if text == "1" else frozenset()
-    try:
-        dids = frozenset(_number(word) for word in text.split(","))
-    except ValueError:
-        dids = frozenset({-1})
-    if not all(0 <= did <= 0xFF for did in dids):
-        raise ValueError("0, 1 or device ids such as 0x13,0x17 are wanted")
-    return dids
-
-
-def _path(text: str) -> str:
-    if not text:
-        raise ValueError("a file name is wanted")
-    return text
+def _hang(text: str) -> Hang:
+    """Read a node and a time."""
+    number, at, after = text.partition("@")
+    if not at:
+        raise ValueError("a node and a time are wanted, such as 2@30s")
+    return Hang(node(number), seconds(after))
 
 
 KEYS: Final[dict[str, Callable[[str], object]]] = {
-    "seed": _whole(0),
-    "hidden": _whole(0, MOST_HIDDEN),
-    "strict": _one_of(Strict),
-    "mask": _masked,
-    "claims": _one_of(Claims),
-    "latency": _seconds,
-    "loss": _probability,
-    "corrupt": _probability,
-    "duplicate": _probability,
-    "reorder": _probability,
-    "interval": _at_least("1ms"),
-    "per_event": _whole(1),
-    "queue": _whole(1),
-    "overflow": _one_of(Overflow),
-    "service": _seconds,
-    "busy": _probability,
-    "sleep_after": _at_least("1ms"),
-    "matrix": _switch,
-    "disconnect_after": _whole(1),
-    "reboot_on": _pair,
-    "split": _whole(1, 512),
-    "silent": _pairs,
-    "truth": _path,
-    "ledger": _path,
+    "seed": whole(0),
+    "hidden": whole(0, MOST_HIDDEN),
+    "strict": one_of(Strict),
+    "mask": devices,
+    "claims": one_of(Claims),
+    "latency": seconds,
+    "loss": probability,
+    "corrupt": probability,
+    "duplicate": probability,
+    "reorder": probability,
+    "interval": at_least("1ms"),
+    "per_event": whole(1),
+    "queue": whole(1),
+    "overflow": one_of(Overflow),
+    "service": seconds,
+    "busy": probability,
+    "sleep_after": at_least("1ms"),
+    "matrix": switch,
+    "disconnect_after": whole(1),
+    "reboot_on": pair,
+    "split": whole(1, 512),
+    "silent": pairs,
+    "line": one_of(Line),
+    "unavailable": nodes,
+    "bad_target_from": node,
+    "die": _hang,
+    "topology": path,
+    "truth": path,
+    "ledger": path,
 }
 """Every setting by its name in the address, which is its name in ``Settings``, and how its value is read."""

@@ -65,11 +65,11 @@ class State:
         booting: starts anew and hears nothing yet.
     """
 
-    def __init__(self, settings: Settings, rest: SleepTimer) -> None:
+    def __init__(self, settings: Settings, rest: SleepTimer, nodes: tuple[int, ...] | None = None) -> None:
         self.model = settings.model
         self.seed = settings.seed
         self.strict = settings.strict
-        self.firmware = Firmware(settings)
+        self.firmware = Firmware(settings, nodes)
         self.readings = Readings(settings.model, settings.seed)
         self.channels = _channels(settings.model.leds)
         self.leds = dict.fromkeys(self.channels.values(), 0)

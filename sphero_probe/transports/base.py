@@ -1,4 +1,4 @@
-"""The seam below the link: a byte pipe to a robot, and what opening one tells."""
+"""The interface below the link: a byte pipe to a robot, and what is known once it is open."""
 
 import re
 from collections.abc import Callable
@@ -18,6 +18,10 @@ WHY_UNHEARD: Final = (
 """The likely reasons why a robot is not heard, for people."""
 TRY_FAKE: Final = "or try --device fake:bolt-plus"
 """What to do where there is no robot, or no way to one; the end of a hint."""
+
+
+BLE_PORT: Final = 1
+"""The port nibble of target addresses over Bluetooth LE: nodes are 0x11 and 0x12 [reference]."""
 
 
 class Transport(Protocol):
@@ -56,7 +60,7 @@ class Connection(NamedTuple):
     robot: Robot | None
     name: str
     address: str
-    port: int = 1
+    port: int = BLE_PORT
     again: Callable[[], AbstractAsyncContextManager["Connection"]] | None = None
     services: tuple[str, ...] = ()
     write_size: int | None = None

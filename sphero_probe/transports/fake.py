@@ -1,4 +1,4 @@
-"""The built-in robot behind ``fake:``: what is written it hears, what it says is read."""
+"""The built-in robot behind ``fake:``: it gets what is written, and what it sends is read."""
 
 import asyncio
 import json
@@ -7,9 +7,11 @@ from contextlib import asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from sphero_probe.errors import LinkLostError, OutputError
-from sphero_probe.simulator import Executed, FakeRobot, parse_settings
+from sphero_probe.errors import BadInputFileError, LinkLostError, OutputError
+from sphero_probe.simulator import Executed, FakeRobot, parse_settings, parse_topology
+from sphero_probe.simulator.network import Wiring
 from sphero_probe.transports.base import Connection, OpenOptions
+from sphero_probe.transports.fake_address import CLIENT_PORTS
 
 
 class FakeTransport:
@@ -18,13 +20,13 @@ class FakeTransport:
     def __init__(self, robot: FakeRobot) -> None:
         self.robot = robot
         self._connection = robot.connection
-        self._stirred = asyncio.Event()
+        self._woken = asyncio.Event()
         self._ready: list[bytes] = []
         self._closed = False
-        robot.on_drop = self._stirred.set
+        robot.on_drop = self._woken.set
 
     async def write(self, data: bytes) -> None:
-        """Let the robot hear bytes.
+        """Give bytes to the robot.
 
         Raises:
             LinkLostError: the robot is gone.
@@ -33,21 +35,21 @@ class FakeTransport:
         if not (self._is_ours and self.robot.connected):
             raise LinkLostError("the fake robot is disconnected")
         self.robot.hear(data, now=asyncio.get_running_loop().time())
-        self._stirred.set()
+        self._woken.set()
 
     async def read(self) -> bytes:
-        """Wait until the robot says something and return one chunk of it; ``b""`` once it is gone."""
+        """Wait until the robot sends something and return one chunk of it; ``b""`` once it is gone."""
         while not self._ready:
             self._listen()
             if self._ready:
                 break
             if not (self._is_ours and self.robot.connected):
                 return b""
-            self._stirred.clear()
+            self._woken.clear()
             due = self.robot.next_time()
             try:
                 async with asyncio.timeout_at(due):
-                    await self._stirred.wait()
+                    await self._woken.wait()
             except TimeoutError:
                 continue
         return self._ready.pop(0)
@@ -55,7 +57,7 @@ class FakeTransport:
     def close(self) -> None:
         """End the conversation; a waiting ``read`` returns ``b""``."""
         self._closed = True
-        self._stirred.set()
+        self._woken.set()
 
     @property
     def _is_ours(self) -> bool:
@@ -68,7 +70,7 @@ class FakeTransport:
 
 
 class _Lines:
-    """A file of JSON lines, written as they happen: the first who opens it begins it, others go on."""
+    """A file of JSON lines, written as they happen: opened first it is emptied, opened again it grows."""
 
     def __init__(self, path: str) -> None:
         self._path = path
@@ -78,7 +80,7 @@ class _Lines:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Keep the file open; whoever leaves last closes it."""
+        """Keep the file open until its last user has left."""
         if self._file is None:
             try:
                 self._file = Path(self._path).open(self._mode, buffering=0)  # noqa: SIM115 - its last user closes it
@@ -111,7 +113,9 @@ class _Home:
         self._address = f"fake:{rest}"
         self._truth = _Lines(settings.truth) if settings.truth else None
         self._ledger = _Lines(settings.ledger) if settings.ledger else None
-        self._robot = FakeRobot(settings, on_execute=self._note)
+        wiring = _read_topology(settings.topology) if settings.topology else None
+        self._port = CLIENT_PORTS[settings.line]
+        self._robot = FakeRobot(settings, on_execute=self._note, wiring=wiring)
 
     @asynccontextmanager
     async def connect(self) -> AsyncIterator[Connection]:
@@ -128,13 +132,14 @@ class _Home:
                     robot.model,
                     robot.name,
                     self._address,
+                    self._port,
                     again=self.connect,
                 )
             finally:
                 transport.close()
 
     def _tell_truth(self) -> None:
-        """Write down every command that exists, once."""
+        """Write every command that exists, once."""
         truth, self._truth = self._truth, None
         if truth:
             with truth.opened():
@@ -146,12 +151,22 @@ class _Home:
             self._ledger.write(executed.as_json())
 
 
+def _read_topology(name: str) -> Wiring:
+    try:
+        text = Path(name).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise BadInputFileError(f"cannot read topology {name}: {reason}") from error
+    return parse_topology(text, name)
+
+
 @asynccontextmanager
 async def open_connection(rest: str, _options: OpenOptions) -> AsyncIterator[Connection]:
     """Open ``MODEL?key=value&…``; ``Connection.again`` reaches the same robot, whose ledger then grows on.
 
     Raises:
         UsageError: an unknown model or key, or a value that makes no sense.
+        BadInputFileError: the topology file cannot be read, or is none.
         OutputError: the truth or ledger file cannot be written.
     """
     async with _Home(rest).connect() as connection:

@@ -38,8 +38,12 @@ def _exchange(robot: FakeRobot, data: bytes, now: float = 0.0) -> list[str]:
 @pytest.mark.parametrize(
     ("model", "sent", "answers"),
     [
-        pytest.param("rvr", "8d3a0101130d01a2d8", ["8d392101130d010083d8"], id="RVR over UART, real"),
-        pytest.param("rvr", "8d3a0101130d02a1d8", ["8d392101130d020082d8"], id="RVR over UART, next, real"),
+        pytest.param(
+            "rvr?line=uart", "8d3a0101130d01a2d8", ["8d392101130d010083d8"], id="RVR over UART, real"
+        ),
+        pytest.param(
+            "rvr?line=uart", "8d3a0101130d02a1d8", ["8d392101130d020082d8"], id="RVR over UART, next, real"
+        ),
         pytest.param("r2d2", "8d0a130d00d5d8", ["8d09130d0000d6d8"], id="R2-D2, real"),
         pytest.param("r2d2", "8d0a170f0100000000ced8", ["8d09170f0100cfd8"], id="R2-D2 head, real"),
         pytest.param("bolt", "8d3a1101130d0093d8", ["8d2901130d0000b5d8"], id="BOLT, real answer"),
@@ -49,7 +53,7 @@ def _exchange(robot: FakeRobot, data: bytes, now: float = 0.0) -> list[str]:
             ["8d3911011a1c00007ed8"],
             id="BOLT+ LEDs, reference",
         ),
-        pytest.param("bolt-plus", "8d3a1201110000a1d8", ["8d3911021100000999d8"], id="BOLT+, no node 2"),
+        pytest.param("bolt-plus", "8d3a1201110000a1d8", ["8d391101110000099ad8"], id="BOLT+, no node 2"),
         pytest.param("rvr", "8d3e1101130d008fd8", [], id="RVR, only errors, real"),
     ],
 )
@@ -61,7 +65,7 @@ def test_frames_byte_for_byte(model: str, sent: str, answers: list[str]) -> None
     ("model", "sleep", "wake", "slept", "woken"),
     [
         pytest.param(
-            "rvr",
+            "rvr?line=uart",
             "8d3e11011301009bd8",
             "8d3a0101130d01a2d8",
             ["8d2801131affaad8"],
@@ -316,14 +320,17 @@ def test_who_gets_an_answer(command: Command, flags: dict[str, Any], codes: list
 @pytest.mark.parametrize(
     ("model", "target", "source", "response"),
     [
-        pytest.param("rvr", 0x01, 0x01, (0x21, 1), id="RVR, UART"),
-        pytest.param("rvr", 0x02, 0x01, (0x21, 2), id="RVR, UART, node 2"),
+        pytest.param("rvr?line=uart", 0x01, 0x01, (0x21, 1), id="RVR, UART"),
+        pytest.param("rvr?line=uart", 0x02, 0x01, (0x21, 2), id="RVR, UART, node 2"),
+        pytest.param("rvr?line=uart", 0x12, 0x01, (0x21, 2), id="RVR, UART, whatever port the client writes"),
+        pytest.param("rvr?line=uart", None, 0x01, (0x21, 1), id="RVR, UART, only a source"),
         pytest.param("rvr", 0x11, 0x01, (0x11, 1), id="RVR, BLE"),
         pytest.param("rvr", 0x12, 0x03, (0x13, 2), id="RVR, BLE, node 2, another client"),
         pytest.param("rvr", None, None, (None, None), id="RVR, no addresses"),
-        pytest.param("rvr", None, 0x01, (0x21, 1), id="RVR, only a source"),
+        pytest.param("rvr", 0x01, 0x01, (0x11, 1), id="RVR, BLE, whatever port the client writes"),
+        pytest.param("rvr", None, 0x01, (0x11, 1), id="RVR, BLE, only a source"),
         pytest.param("bolt-plus", 0x11, 0x01, (0x11, 1), id="BOLT+"),
-        pytest.param("bolt-plus", 0x12, 0x01, (0x11, 2), id="BOLT+, no such node"),
+        pytest.param("bolt-plus", 0x12, 0x01, (0x11, 1), id="BOLT+, no such node: node 1 says so"),
         pytest.param("bolt", 0x12, 0x01, (None, 2), id="BOLT"),
         pytest.param("bolt", None, None, (None, 1), id="BOLT, no addresses"),
         pytest.param("r2d2", 0x11, 0x01, (None, None), id="R2-D2"),
@@ -354,14 +361,19 @@ def test_the_sleep_timer_flag_comes_back() -> None:
     assert [packet.flags & FLAG_ACTIVITY for packet in tell(robot, Command(0x10, 0x00))] == [FLAG_ACTIVITY]
 
 
-def test_without_a_node_whoever_can_serves() -> None:
+def test_the_wildcard_is_served_by_a_node_that_can() -> None:
     robot = fake("rvr")
-    assert ask(robot, 0x16, 0x06).code == 0
     assert code_of(robot, 0x16, 0x06, node=1) == 1
     assert code_of(robot, 0x18, 0x13, node=1) == 2
     assert code_of(robot, 0x16, 0x06, node=0) == 0
     assert [packet.source for packet in tell(robot, Command(0x16, 0x06, b"", 0x10))] == [2]
     assert [packet.source for packet in tell(robot, Command(0x77, 0x06, b"", 0x10))] == [1]
+
+
+def test_without_a_target_the_node_that_receives_it_answers() -> None:
+    robot = fake("rvr")
+    codes = [every(Response, tell(robot, Command(*pair)))[0].code for pair in ((0x13, 0x10), (0x16, 0x06))]
+    assert codes == [0, 1]
 
 
 def test_nodes_answer_differently() -> None:
@@ -392,7 +404,8 @@ def test_some_answers_come_as_notifications(
     model: str, asked: tuple[int, int], told: tuple[int, int], payload: bytes
 ) -> None:
     robot = fake(model)
-    response, notification = tell(robot, Command(*asked))
+    anyone = 0x10 if robot.model.addressed else None
+    response, notification = tell(robot, Command(*asked, target=anyone))
     assert isinstance(response, Response)
     assert (response.code, response.payload) == (0, payload)
     assert (notification.did, notification.cid) == told

@@ -786,7 +786,7 @@ def _conversation(key: str) -> Iterator[tuple[Command, int]]:
     ):
         yield command, 5
     yield from ((Command(0x10, 0x09, bytes([code])), code) for code in range(0x0B))
-    yield Command(0x18, 0x00, STREAM), 6
+    yield Command(0x18, 0x00, STREAM, 0x10 if ROBOTS[key].addressed else None), 6
     yield Command(0x11, 0x17), 7
     yield Command(0x13, 0x01), 8
     yield Command(0x13, 0x0D), 9

@@ -196,7 +196,7 @@ def test_nobody_hears_a_greeting_without_a_line() -> None:
 
 def test_a_reboot_ends_streams_and_what_was_set_for_now() -> None:
     host = Host("bolt?reboot_on=0x13:0x2a")
-    stream = Command(0x18, 0x00, bytes.fromhex("00640000070000"))
+    stream = Command(0x18, 0x00, bytes.fromhex("00640000070000"), 0x12)
     assert only(Response, host.ask(stream)).code == 0
     assert host.news(0.25) == [(0x18, 0x02)] * 2
     host.write(Command(0x13, 0x2A), now=0.25)

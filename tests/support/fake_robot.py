@@ -32,8 +32,9 @@ def tell(robot: FakeRobot, command: Command, *, seq: int = 7, now: float = 0.0, 
 def ask(
     robot: FakeRobot, did: int, cid: int, payload: bytes = b"", *, node: int | None = None, now: float = 0.0
 ) -> Response:
-    """A robot's one response to a command; notifications left out."""
-    target = None if node is None else 0x10 | node
+    """A robot's one response to a command, of any node if none is named; notifications left out."""
+    anyone = 0x10 if robot.model.addressed else None
+    target = anyone if node is None else 0x10 | node
     said = tell(robot, Command(did, cid, payload, target), now=now)
     (response,) = [packet for packet in said if isinstance(packet, Response)]
     return response

@@ -247,7 +247,7 @@ def test_the_port_is_set_to_8n1_at_its_rate(wire: Wire, query: str, speed: str) 
 
 def test_an_rvr_answers_at_addresses_of_a_wire(wire: Wire) -> None:
     async def work() -> Answered:
-        wire.plug_in(FakeRobot(parse_settings("rvr")))
+        wire.plug_in(FakeRobot(parse_settings("rvr?line=uart")))
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             assert connection.robot
             policy = Policy(connection.generation, connection.robot, Consent())
@@ -267,7 +267,7 @@ def test_an_rvr_answers_at_addresses_of_a_wire(wire: Wire) -> None:
 
 def test_both_nodes_of_an_rvr_are_told_apart(wire: Wire) -> None:
     async def work() -> list[int | None]:
-        wire.plug_in(FakeRobot(parse_settings("rvr")))
+        wire.plug_in(FakeRobot(parse_settings("rvr?line=uart")))
         async with asyncio.timeout(PATIENCE), opening(f"serial:{wire.path}") as connection:
             policy = Policy(connection.generation, connection.robot, Consent())
             async with Link(connection.transport, CODEC, policy) as link:
@@ -699,7 +699,7 @@ def test_unplugging_in_the_middle_ends_the_tool_with_4(wire: Wire) -> None:
         wire.unplug()
 
     async def work() -> tuple[int | None, str, str]:
-        wire.plug_in(FakeRobot(parse_settings("rvr")))
+        wire.plug_in(FakeRobot(parse_settings("rvr?line=uart")))
         unplugging = asyncio.create_task(unplug_in_the_middle())
         async with asyncio.timeout(2 * PATIENCE):
             device = f"serial:{wire.path}"
