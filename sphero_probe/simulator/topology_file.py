@@ -7,8 +7,8 @@
      "lines": [["phone:1", "robot:1"]],
      "client": "phone:1"}
 
-``ports`` tells which node has a port, ``channels`` which nodes are joined, ``lines`` which ports of two systems
-are. The robot is the system at the other end of the client's line.
+``ports`` tells which node has a port, ``channels`` which nodes are joined, ``lines`` which ports of two
+systems are. The robot is the system at the other end of the client's line.
 """
 
 import json
