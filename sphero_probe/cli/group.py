@@ -25,6 +25,7 @@ COMMANDS: Final[dict[str, str]] = {
     "plan": "List, show and check probe plans.",
     "report": "Print a recorded run in any format.",
     "runs": "List the recorded runs.",
+    "serve": "Serve the built-in robot at a serial or TCP port, for other programs.",
     "doctor": "Check that this machine can reach a robot, and suggest fixes.",
     "completion": "Print the script that completes commands in a shell.",
 }

@@ -45,6 +45,11 @@ class Wiring(NamedTuple):
     client: Plug
 
 
+def lines_of(robot: Robot) -> list[Line]:
+    """Return the lines by which a client can reach a robot."""
+    return [line for line in Line if line is not Line.UART or robot.key in _WITH_UART]
+
+
 def usual_wiring(robot: Robot, line: Line) -> Wiring:
     """Return the network of a robot as its maker describes it: its ports are at the first node.
 
@@ -52,7 +57,7 @@ def usual_wiring(robot: Robot, line: Line) -> Wiring:
         UsageError: the robot has no such line.
     """
     first, *_ = nodes = tuple(robot.nodes)
-    lines = [one for one in Line if one is not Line.UART or robot.key in _WITH_UART]
+    lines = lines_of(robot)
     if line not in lines:
         raise UsageError(f"fake robot setting line={line}: {robot.key} has no UART", "try fake:rvr?line=uart")
     systems = {
