@@ -1,4 +1,4 @@
-"""What V1 commands do beyond what their rows tell.
+"""What V1 commands do beyond what their catalogue rows say.
 
 Nothing that comes over the line wakes a sleeping V1 robot: a BLE client writes to a characteristic that is
 there for it, a person touches the robot. Both are ``FakeRobot.wake``.
@@ -24,7 +24,7 @@ NOTICE: Final = 10.0
 SAMPLING: Final = 400
 """Sensor readings in a second [vendor]."""
 PROMPT: Final = b"u>"
-"""What a robot says on the line when it starts anew, outside any packet."""
+"""What a robot sends after a restart, outside any packet."""
 
 _POWER, _DIAGNOSTICS, _CONFIG_BLOCK, _WILL_SLEEP, _LEVELLED, _SOUL, _DID_SLEEP = (
     (None, message) for message in (0x01, 0x02, 0x04, 0x05, 0x0B, 0x0D, 0x14)
@@ -50,8 +50,8 @@ def _news(call: Call, pair: tuple[None, int], payload: bytes = b"") -> tuple[New
     return (News(call.command.node, pair, payload),)
 
 
-def _tell_identity(call: Call) -> Reply:
-    """Name and address in fixed widths; robots keep longer names and tell the first 16 bytes here."""
+def _answer_identity(call: Call) -> Reply:
+    """Answer name and address in fixed widths; of a longer name, the first 16 bytes."""
     state, node = call.state, call.command.node
     name = state.memory.get((node, *_SET_BLUETOOTH_NAME), state.readings.identity.name.encode())
     address = state.readings.identity.address.replace(":", "").encode()
@@ -59,7 +59,7 @@ def _tell_identity(call: Call) -> Reply:
 
 
 def _switch_power_notify(call: Call) -> Reply:
-    """Tell the power state at once; real robots go on every ten seconds."""
+    """Send the power state once; real robots repeat it every ten seconds."""
     state = call.state
     row = lookup(V1.generation, *_GET_POWER_STATE, state.model)
     if not call.payload[0] or row is None:
@@ -101,14 +101,14 @@ def _jump_to_main(call: Call) -> Reply:
 
 
 def _run_diagnostics(call: Call) -> Reply:
-    """Tell what could help a developer, in text."""
+    """Send diagnostics as text."""
     state = call.state
     leds = " ".join(f"{led} {brightness}" for led, brightness in state.leds.items())
     lines = [f"{state.model.name} {state.readings.identity.name}", f"LEDs: {leds}", "faults: none", ""]
     return Reply(news=_news(call, _DIAGNOSTICS, "\r\n".join(lines).encode()))
 
 
-def _tell_times(call: Call) -> Reply:
+def _answer_times(call: Call) -> Reply:
     clock = int(call.now * 1000) % (1 << 32)
     return Reply(payload=call.payload + clock.to_bytes(4, "big") * 2)
 
@@ -125,13 +125,13 @@ def _stream(call: Call) -> Reply:
     if layout.fields and not (divisor and 0 < frames * layout.minimum_length <= _LONGEST_MESSAGE):
         return Reply(Verdict.BAD_VALUE)
     pair = STREAM_IDS[V1.generation]
-    queued = StreamRequest(call.command.node, pair, divisor * frames / SAMPLING, count, layout, frames)
-    call.state.streams[call.command.node, MASK_STREAM] = Stream(queued, seed=call.state.seed, now=call.now)
+    request = StreamRequest(call.command.node, pair, divisor * frames / SAMPLING, count, layout, frames)
+    call.state.streams[call.command.node, MASK_STREAM] = Stream(request, seed=call.state.seed, now=call.now)
     return Reply()
 
 
 def _read_locator(call: Call) -> Reply:
-    """It rests where it was told to be."""
+    """Answer the position that was configured; the robot rests."""
     told = call.state.memory.get((call.command.node, *_CONFIGURE_LOCATOR), b"")
     return Reply(payload=told[1:5].ljust(10, b"\0"))
 
@@ -152,15 +152,15 @@ def _set_main_led(call: Call) -> Reply:
 
 
 def _get_main_led(call: Call) -> Reply:
-    """Answer the colour that was to be kept, not the one that shines [vendor]."""
+    """Answer the colour that is stored, not the one that is shown [vendor]."""
     return Reply(payload=call.state.colour) if call.state.colour else answer(call)
 
 
-def _tell_config_block(call: Call) -> Reply:
+def _send_config_block(call: Call) -> Reply:
     return Reply(news=_news(call, _CONFIG_BLOCK, _block(call, _CONFIG_BYTES)))
 
 
-def _tell_soul(call: Call) -> Reply:
+def _send_soul(call: Call) -> Reply:
     return Reply(news=_news(call, _SOUL, _block(call, _SOUL_BYTES)))
 
 
@@ -170,13 +170,13 @@ def _block(call: Call, size: int) -> bytes:
 
 BEHAVIOURS_V1: Final = Behaviours(
     special={
-        (0x00, 0x11): _tell_identity,
+        (0x00, 0x11): _answer_identity,
         (0x00, 0x21): _switch_power_notify,
         (0x00, 0x22): _sleep,
         (0x00, 0x25): _set_inactivity_timeout,
         (0x00, 0x30): _jump_to_bootloader,
         (0x00, 0x40): _run_diagnostics,
-        (0x00, 0x51): _tell_times,
+        (0x00, 0x51): _answer_times,
         (0x01, 0x04): _jump_to_main,
         (0x02, 0x09): _level,
         (0x02, 0x11): _stream,
@@ -184,8 +184,8 @@ BEHAVIOURS_V1: Final = Behaviours(
         _SET_MAIN_LED: _set_main_led,
         (0x02, 0x21): _set_led,
         (0x02, 0x22): _get_main_led,
-        (0x02, 0x40): _tell_config_block,
-        (0x02, 0x46): _tell_soul,
+        (0x02, 0x40): _send_config_block,
+        (0x02, 0x46): _send_soul,
     },
     follows={},
     refused={
@@ -203,4 +203,4 @@ BEHAVIOURS_V1: Final = Behaviours(
     bootloader=0x01,
     idleness=Idleness(INACTIVITY, NOTICE, warning=_WILL_SLEEP, asleep=_DID_SLEEP),
 )
-"""What the rows cannot say about V1."""
+"""What V1 commands do beyond what their catalogue rows say."""

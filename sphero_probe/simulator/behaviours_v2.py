@@ -1,4 +1,4 @@
-"""What V2 commands do beyond what their rows tell."""
+"""What V2 commands do beyond what their catalogue rows say."""
 
 from random import Random
 from struct import Struct
@@ -27,11 +27,11 @@ def _echo(call: Call) -> Reply:
     return Reply(payload=call.payload)
 
 
-def _tell_devices(call: Call) -> Reply:
+def _list_devices(call: Call) -> Reply:
     return Reply(payload=call.state.firmware.claimed_devices(call.command.node))
 
 
-def _tell_commands(call: Call) -> Reply:
+def _list_commands(call: Call) -> Reply:
     return Reply(payload=call.state.firmware.claimed_commands(call.command.node, call.payload[0]))
 
 
@@ -60,13 +60,13 @@ def _stream(call: Call) -> Reply:
     extended = int.from_bytes(state.memory.get((node, *_SET_EXTENDED_MASK), b""), "big")
     interval, count, mask = _STREAM.unpack(call.payload.ljust(_STREAM.size, b"\0"))
     layout = stream_layout(V2.generation, Masks(mask, extended), state.model)
-    queued = StreamRequest(node, STREAM_IDS[V2.generation], interval / 1000, count, layout)
-    state.streams[node, MASK_STREAM] = Stream(queued, seed=state.seed, now=call.now)
+    request = StreamRequest(node, STREAM_IDS[V2.generation], interval / 1000, count, layout)
+    state.streams[node, MASK_STREAM] = Stream(request, seed=state.seed, now=call.now)
     return Reply()
 
 
 def _configure_services(call: Call) -> Reply:
-    """Take the services of a token; real robots answer 0x06 to what they cannot stream [real]."""
+    """Store the services of a token; real robots answer 0x06 to what they cannot stream [real]."""
     asked = streaming_services.configuration(call.payload, call.command.node)
     if asked.problem:
         return Reply(Verdict.FAILED)
@@ -75,7 +75,7 @@ def _configure_services(call: Call) -> Reply:
 
 
 def _start_services(call: Call) -> Reply:
-    """Stream what this node has configured; the maker's SDK starts nodes without anything, too."""
+    """Stream what this node has configured; the maker's SDK also starts nodes with nothing configured."""
     state, node = call.state, call.command.node
     period = int.from_bytes(call.payload, "big") / 1000
     _end_services(call)
@@ -99,7 +99,7 @@ def _clear_services(call: Call) -> Reply:
     return _end_services(call)
 
 
-def _tell_temperatures(call: Call) -> Reply:
+def _answer_temperatures(call: Call) -> Reply:
     """Echo the ids that were asked for; a real RVR gives plausible numbers for any id [real]."""
     temperatures = (
         (number, round(Random(f"{call.state.seed} temperature {number}").uniform(18, 36), 2))
@@ -125,8 +125,8 @@ def _delete_frames(call: Call) -> Reply:
 BEHAVIOURS_V2: Final = Behaviours(
     special={
         (0x10, 0x00): _echo,
-        (0x10, 0x05): _tell_devices,
-        (0x10, 0x06): _tell_commands,
+        (0x10, 0x05): _list_devices,
+        (0x10, 0x06): _list_commands,
         (0x10, 0x09): _make_error,
         (0x13, 0x00): _deep_sleep,
         (0x13, 0x01): _sleep,
@@ -136,7 +136,7 @@ BEHAVIOURS_V2: Final = Behaviours(
         streaming_services.START: _start_services,
         streaming_services.STOP: _end_services,
         streaming_services.CLEAR: _clear_services,
-        (0x18, 0x4A): _tell_temperatures,
+        (0x18, 0x4A): _answer_temperatures,
         (0x1A, 0x30): _save_frame,
         (0x1A, 0x34): _list_frames,
         (0x1A, 0x35): _delete_frames,
@@ -165,4 +165,4 @@ BEHAVIOURS_V2: Final = Behaviours(
     idleness=Idleness(None, 10.0, warning=_WILL_SLEEP, asleep=_DID_SLEEP),
     awake=_AWAKE,
 )
-"""What the rows cannot say about V2."""
+"""What V2 commands do beyond what their catalogue rows say."""

@@ -1,4 +1,4 @@
-"""What passes between a fake robot and its commands: calls in, replies out; and what a generation can do."""
+"""The calls and replies of a fake robot's commands, and the behaviours of a generation."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -11,14 +11,14 @@ from sphero_probe.simulator.state import State
 Pair = tuple[int, int]
 """Device id and command id."""
 NewsPair = tuple[int | None, int]
-"""The same of a notification; without a device id where the generation sends none."""
+"""The same for a notification; the device id is None where the generation sends none."""
 
 
 class News(NamedTuple):
-    """A notification to come after a response.
+    """A notification that follows a response.
 
     Attributes:
-        node: the processor that speaks.
+        node: the processor that sends it.
         pair: its (did, cid).
         payload: its data.
     """
@@ -66,7 +66,7 @@ Behaviour = Callable[[Call], Reply]
 
 
 class Follow(NamedTuple):
-    """A notification that a command brings about.
+    """A notification that a command causes.
 
     Attributes:
         pair: its (did, cid).
@@ -78,13 +78,13 @@ class Follow(NamedTuple):
 
 
 class Idleness(NamedTuple):
-    """How a robot falls asleep when nobody asks it anything.
+    """How a robot falls asleep when it gets no commands.
 
     Attributes:
         timeout: seconds without a command until it sleeps; None for never.
         notice: seconds before that in which it warns.
         warning: (did, cid) of the notification that warns.
-        asleep: (did, cid) of the notification that says good night.
+        asleep: (did, cid) of the notification that it sleeps now.
     """
 
     timeout: float | None
@@ -94,17 +94,17 @@ class Idleness(NamedTuple):
 
 
 class Behaviours(NamedTuple):
-    """What the commands of a generation do beyond what their rows tell.
+    """What the commands of a generation do beyond what their catalogue rows say.
 
     Attributes:
         special: pair -> what it does.
-        follows: pair -> the notification that tells its result, or tells it again.
+        follows: pair -> the notification that carries its result, in place of the response or as well.
         refused: pair -> what it gets; these exist and never run.
-        wake: all that a sleeping robot hears; None where no command wakes it.
+        wake: the only command that a sleeping robot takes; None where no command wakes it.
         name_setter: the command that sets the Bluetooth name.
         idleness: how it falls asleep by itself.
-        awake: (did, cid) of the notification that says that it has started, None where there is none.
-        prompt: what it says outside any packet when it has started.
+        awake: (did, cid) of the notification that it has started, None where there is none.
+        prompt: what it sends outside any packet when it has started.
         bootloader: the device that alone is left after a jump into the bootloader; None where there is no
             such jump.
     """

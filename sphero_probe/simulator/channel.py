@@ -1,11 +1,11 @@
-"""One direction of a line: bytes go in as they are ready, packets come out as they arrive."""
+"""One direction of a connection: it cuts bytes into packets and delivers each at its time."""
 
 import math
 from collections import deque
 
 
 class Channel:
-    """Packets under way to one end, in order; all times in seconds of the caller's clock.
+    """Packets on their way to one end, in order; all times in seconds of the caller's clock.
 
     With connection events, as Bluetooth LE has them, a packet leaves in the first event *after* it was ready
     that has room: what arrives in an event is answered in the next one at the earliest.
@@ -19,7 +19,7 @@ class Channel:
         self.begin(now=0.0)
 
     def begin(self, *, now: float) -> None:
-        """Forget all that is under way; events are counted from ``now``."""
+        """Forget all that is on its way; events are counted from ``now``."""
         self._under_way: deque[tuple[float, bytes]] = deque()
         self._anchor = now
         self._event = 0
@@ -33,7 +33,7 @@ class Channel:
 
     @property
     def due(self) -> float | None:
-        """When the next packet arrives, None while nothing is under way."""
+        """When the next packet arrives, None while none is on its way."""
         return self._under_way[0][0] if self._under_way else None
 
     def take(self) -> bytes:

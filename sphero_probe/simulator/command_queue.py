@@ -1,4 +1,4 @@
-"""Where commands wait: requests and their times go in, the same come out once served, or are turned away."""
+"""The queue of commands that wait to be served; commands that find it full are rejected."""
 
 from collections import deque
 from typing import Final
@@ -6,29 +6,29 @@ from typing import Final
 from sphero_probe.protocol.packets import Request
 
 SERVICE: Final = 0.001
-"""Seconds that a robot with a queue takes for one command, unless it is told otherwise.
+"""Seconds that a robot with a queue takes for one command, unless they are set.
 
 An assumption: fast enough for six commands in each BLE connection event of 15 ms, too slow for any burst.
 """
 
 
 class CommandQueue:
-    """Serves one command after the other; who finds no place to wait is turned away.
+    """Serves one command after the other; a command that finds no place to wait is rejected.
 
     All times are in seconds of the caller's clock.
     """
 
     def __init__(self, places: int | None, service: float | None = None) -> None:
-        """Take how many commands can wait beside the one that is served, and how long serving one takes.
+        """Take how many commands can wait besides the one that is served, and how long serving one takes.
 
-        Without either nobody ever waits. Without places there is room for all, without a time it is usual.
+        Without either, no command waits. Without places all have room; without a time it is ``SERVICE``.
         """
         self._places = places
         self._service = SERVICE if service is None and places is not None else service
         self._line: deque[tuple[float, Request]] = deque()
 
     def admit(self, request: Request, *, now: float) -> bool:
-        """Let a command wait; whoever was done by ``now`` must have been taken away before.
+        """Let a command wait; commands served by ``now`` must have been taken before.
 
         Returns:
             Whether there was a place for it.
@@ -52,5 +52,5 @@ class CommandQueue:
         return self._line.popleft()[1]
 
     def clear(self) -> None:
-        """Forget who waits."""
+        """Drop the commands that wait."""
         self._line.clear()

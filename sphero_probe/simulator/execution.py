@@ -1,4 +1,4 @@
-"""What a command does to a robot: a call on its state comes in, a reply goes out, the state changes.
+"""Run a command on a fake robot: it changes the state and gets a reply.
 
 For most commands the catalogue row is enough: a setter is remembered, a getter answers what was set or a
 plausible reading. The behaviours of a generation describe the others.
@@ -45,7 +45,7 @@ BEHAVIOURS: Final[dict[Generation, Behaviours]] = {
     V1.generation: behaviours_v1.BEHAVIOURS_V1,
     V2.generation: behaviours_v2.BEHAVIOURS_V2,
 }
-"""What the commands of each generation do beyond what their rows tell."""
+"""What the commands of each generation do beyond what their catalogue rows say."""
 
 
 class Attempt(NamedTuple):
@@ -115,7 +115,7 @@ def execute(call: Call) -> Reply:
 
 
 def _has_foreign_value(layout: Layout, payload: bytes) -> bool:
-    """Tell whether a field with named values has one that is none of them; masks may hold anything."""
+    """Return whether a field with named values has one that is none of them; masks may hold anything."""
     values = layout.decode(payload).fields
     return any(field.values and isinstance(values.get(field.name), int) for field in layout.fields)
 

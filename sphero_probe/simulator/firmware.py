@@ -1,4 +1,4 @@
-"""A firmware as a table: the commands of each node, made of the catalogue and a seed."""
+"""A firmware as a table: the commands of each node, from the catalogue and a seed."""
 
 from random import Random
 from typing import Final, NamedTuple
@@ -9,14 +9,14 @@ from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.simulator.settings import Claims, Settings
 
-LONGEST: Final = 200
+LONGEST_PAYLOAD: Final = 200
 """Bytes that a command of variable length takes at most; a robot's buffers end about there."""
 
 LISTS: Final = {(0x10, 0x05), (0x10, 0x06)}
-"""The commands with which a firmware tells what it has."""
+"""The commands with which a firmware lists what it has."""
 
 _WITHOUT_MATRIX: Final = "bolt-plus"
-"""It has no 8x8 matrix [reference]; a class that its package marks as untested says that it has one."""
+"""It has no 8x8 matrix [reference]; only a class that its package marks as untested has one."""
 _MATRIX: Final = "compressed_frame_player"
 """Part of the name of every command of the matrix."""
 
@@ -24,7 +24,7 @@ SHARED_DEVICES: Final = (0x10, 0x11)
 """The devices whose commands any node may have: echo and versions are the document's examples [vendor]."""
 
 _LENGTHS: Final[dict[tuple[int, int], tuple[int, int]]] = {(0x10, 0x00): (0, 16)}
-"""Bounds that a layout cannot say: echo takes 16 bytes at most [vendor]."""
+"""Bounds that a layout cannot express: echo takes 16 bytes at most [vendor]."""
 
 _SECRET_DEVICES: Final = (0x14, 0x15, 0x1C, 0x21, 0x22)
 _SECRET_CIDS: Final = 0x80
@@ -44,7 +44,7 @@ class Lengths(NamedTuple):
 
     Attributes:
         minimum: in bytes.
-        maximum: in bytes, None for ``LONGEST``.
+        maximum: in bytes, None for ``LONGEST_PAYLOAD``.
         step: beyond the minimum, only multiples of this many bytes.
     """
 
@@ -66,18 +66,18 @@ class Lengths(NamedTuple):
         return cls(layout.minimum_length, None, last.width)
 
     def accepts(self, length: int) -> bool:
-        """Tell whether a payload of ``length`` bytes is right."""
-        longest = LONGEST if self.maximum is None else self.maximum
+        """Return whether a payload of ``length`` bytes is right."""
+        longest = LONGEST_PAYLOAD if self.maximum is None else self.maximum
         return self.minimum <= length <= longest and (length - self.minimum) % self.step == 0
 
     def fit(self, payload: bytes) -> bytes:
         """Cut off what a command ignores, and fill up with zeros what it reads beyond the end."""
-        longest = LONGEST if self.maximum is None else self.maximum
+        longest = LONGEST_PAYLOAD if self.maximum is None else self.maximum
         return payload[:longest].ljust(self.minimum, b"\0")
 
     def as_json(self) -> list[int | str]:
         """The lengths as a list: of numbers, or with one range such as ``"0-200"`` where there is no gap."""
-        longest = LONGEST if self.maximum is None else self.maximum
+        longest = LONGEST_PAYLOAD if self.maximum is None else self.maximum
         if self.step == 1 and longest > self.minimum:
             return [f"{self.minimum}-{longest}"]
         return list(range(self.minimum, longest + 1, self.step))
@@ -130,7 +130,7 @@ class Fact(NamedTuple):
 
 
 class Firmware:
-    """Every command of a robot by (node, did, cid), and what the robot says about them itself.
+    """Every command of a robot by (node, did, cid), and which of them the robot lists itself.
 
     Attributes:
         commands: (node, did, cid) -> command, in rising order.
@@ -168,15 +168,15 @@ class Firmware:
         return self.commands.get((node, did, cid))
 
     def has_device(self, node: int, did: int) -> bool:
-        """Tell whether a node has any command under a device id."""
+        """Return whether a node has any command under a device id."""
         return (node, did) in self._devices
 
     def claimed_devices(self, node: int) -> bytes:
-        """Return the device ids that a node says it has."""
+        """Return the device ids that a node lists."""
         return bytes(sorted({did for where, did, _ in self._claims if where == node}))
 
     def claimed_commands(self, node: int, did: int) -> bytes:
-        """Return the command ids that a node says it has under a device id."""
+        """Return the command ids that a node lists under a device id."""
         return bytes(sorted({cid for where, device, cid in self._claims if (where, device) == (node, did)}))
 
     def truth(self) -> list[Fact]:
@@ -263,7 +263,7 @@ def _secret_nature(chance: Random, relatives: list[FirmwareCommand], *, sealed: 
 def _claims(
     settings: Settings, known: list[FirmwareCommand], existing: set[tuple[int, int, int]]
 ) -> set[tuple[int, int, int]]:
-    """Choose the pairs per node that 10/05 and 10/06 tell; hidden commands are never among them."""
+    """Choose the pairs per node that 10/05 and 10/06 list; hidden commands are never among them."""
     claims = {(command.node, command.did, command.cid) for command in known}
     chance = Random(f"{settings.seed} {settings.model.key} claims")
     if settings.claims is Claims.PARTIAL:

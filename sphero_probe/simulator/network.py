@@ -1,7 +1,4 @@
-"""The system of nodes that a fake robot is.
-
-A command goes in; the node that takes it comes out, and the addresses of its answer.
-"""
+"""The system of nodes of a fake robot: which node takes a command, and the addresses of its answer."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -30,7 +27,7 @@ PORTS: Final = {Line.BLE: 1, Line.UART: 2}
 _WITH_UART: Final = ("rvr", "rvr-plus")
 _CLIENT: Final = "client"
 _FIRST_CLIENT: Final = 1
-"""The node that a client is when it does not say; without a source it is the neighbour on its line."""
+"""The node of a client that writes no source: it is the neighbour on this line."""
 
 
 class Wiring(NamedTuple):
@@ -81,7 +78,7 @@ class Network:
 
         Raises:
             UsageError: the settings name a line or a node that the robot does not have, or make the node
-                unavailable that would have to say so.
+                unavailable that would have to answer for it.
         """
         self._topology, client = wiring or usual_wiring(settings.model, settings.line)
         plug = self._topology.behind(client)
@@ -136,7 +133,7 @@ class Network:
     def answer(self, route: Route, *, now: float) -> Addresses | None:
         """Return the addresses of the answer of the node where a command ended, as they leave the robot.
 
-        Nobody translates them on this side of the line.
+        They are not translated on this side of the line.
 
         Returns:
             The addresses, None if the answer is lost on the way.

@@ -1,4 +1,4 @@
-"""The line between host and robot: packets go in as sent, and come out late, cut up, damaged, or never."""
+"""The connection between host and robot: it delivers packets late, cut up, damaged, or not at all."""
 
 from random import Random
 from typing import Final, NamedTuple
@@ -12,8 +12,8 @@ INTERVAL: Final = 0.030
 """Seconds between connection events where only their size is set."""
 PER_EVENT: Final = 4
 """Packets per event and direction where only the interval is set."""
-PATIENCE: Final = 0.050
-"""Seconds for which an answer that should come late waits for another one to overtake it."""
+LONGEST_HOLD: Final = 0.050
+"""Seconds that an answer waits at most for the next one to overtake it."""
 
 
 class _Held(NamedTuple):
@@ -22,7 +22,7 @@ class _Held(NamedTuple):
 
 
 class Radio:
-    """A line with faults that depend on the seed alone; what gets through stays in order, unless reordered.
+    """A connection with faults that depend on the seed alone; packets stay in order, unless reordered.
 
     Faults hit whole packets, one write of the host or one frame of the robot, before a frame is cut up: how
     many survive does not depend on ``split``.
@@ -44,38 +44,38 @@ class Radio:
         self._begun = False
 
     def begin(self, *, now: float) -> None:
-        """Start the connection events if they do not run yet: nobody knew the time before."""
+        """Start the connection events if they do not run yet; the time was unknown before."""
         if not self._begun:
             self.connect(now=now)
 
     def connect(self, *, now: float) -> None:
-        """Begin a new connection: nothing is under way, and events are counted from ``now``."""
+        """Begin a new connection: nothing is on its way, and events are counted from ``now``."""
         self._begun = True
         self._held = None
         self._to_robot.begin(now=now)
         self._to_host.begin(now=now)
 
     def drop(self, *, now: float) -> None:
-        """Lose all that is under way; what has arrived at the host can still be received."""
+        """Lose all that is on its way; what has arrived at the host can still be received."""
         self._held = None
         self._to_robot.begin(now=now)
         self._to_host.cut_off(now=now)
 
     def carry(self, data: bytes, *, now: float) -> None:
-        """Let one write of the host set out."""
+        """Send one write of the host."""
         self._to_robot.put(self._spoil(data, self._up), ready=now)
 
     @property
     def due(self) -> float | None:
-        """When the robot hears something next."""
+        """When the next bytes reach the robot."""
         return self._to_robot.due
 
     def take(self) -> bytes:
-        """Return what the robot hears next; there must be something."""
+        """Return the next bytes for the robot; there must be some."""
         return self._to_robot.take()
 
     def send(self, frame: bytes, *, now: float, is_answer: bool = False) -> None:
-        """Let a frame of the robot set out; ``now`` in seconds of the caller's clock."""
+        """Send a frame of the robot; ``now`` in seconds of the caller's clock."""
         self._release(now)
         if not is_answer:
             self._launch(frame, now)
@@ -83,7 +83,7 @@ class Radio:
             self._launch(frame, now)
             self._release(now, overtaken=True)
         elif self._settings.reorder and self._order.random() < self._settings.reorder:
-            self._held = _Held(frame, now + PATIENCE)
+            self._held = _Held(frame, now + LONGEST_HOLD)
         else:
             self._launch(frame, now)
 
@@ -96,12 +96,12 @@ class Radio:
         return arrived
 
     def next_time(self) -> float | None:
-        """Return when something happens next on the line, None while nothing is under way."""
+        """Return when the next packet arrives or is released, None while none is on its way."""
         times = (self._to_robot.due, self._to_host.due, self._held.until if self._held else None)
         return min((time for time in times if time is not None), default=None)
 
     def _release(self, now: float, *, overtaken: bool = False) -> None:
-        """Let the held answer set out if it was overtaken, or if it need not wait any more."""
+        """Send the held answer if it was overtaken, or has waited long enough."""
         held = self._held
         if held and (overtaken or held.until <= now):
             self._held = None

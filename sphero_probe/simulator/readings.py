@@ -1,4 +1,4 @@
-"""What a robot could well answer: a catalogue row and a seed come in, a payload of that row goes out."""
+"""Plausible answers of a robot to its documented reads, from catalogue rows and a seed."""
 
 import math
 from random import Random
@@ -25,7 +25,7 @@ _BY_NAME: Final[tuple[tuple[str, float, float], ...]] = (
     ("degrees", 18, 36),
     ("tenths", 0, 9),
 )
-"""Part of a field's name, and between what its value lies; the first that fits counts, before the unit."""
+"""Part of a field's name, and the range of its value; the first that matches is used, before the unit."""
 _BY_UNIT: Final[dict[str, tuple[float, float]]] = {
     "%": (20, 100),
     "V": (3.6, 4.2),
@@ -54,11 +54,11 @@ _LARGEST: Final = {"u8": 0xFF, "i8": 0x7F, "u16": 0xFFFF, "i16": 0x7FFF}
 _DULL: Final = {"unknown", "reserved", "unused", "critical"}
 _ID_COLOURS: Final = "BGOPRWY"
 _MOST: Final = 6
-"""Elements or bytes at most where a layout leaves the number open."""
+"""Elements or bytes at most where a layout does not fix the number."""
 
 
 class Identity(NamedTuple):
-    """What tells one robot from its siblings.
+    """What distinguishes robots of one model.
 
     Attributes:
         name: as advertised; the model's prefix and the end of the address, without a prefix ``Sphero-`` and
@@ -81,7 +81,7 @@ def identity(robot: Robot, seed: int) -> Identity:
 
 
 class Readings:
-    """The answers of one robot to its documented reads; the same ones as long as it lives.
+    """The answers of one robot to its documented reads; the same ones for its whole life.
 
     Attributes:
         identity: its name and address.

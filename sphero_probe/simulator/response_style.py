@@ -19,7 +19,7 @@ class ResponseStyle(NamedTuple):
     Attributes:
         objection: request -> why it is refused whatever the command, None when it is not.
         is_answered: request, whether it went well -> whether a response is sent.
-        is_activity: request -> whether it starts the sleep timer anew.
+        is_activity: request -> whether it restarts the sleep timer.
         respond: request, style, addresses that the topology gives the answer, code, payload -> the response.
         notify: style, node that sends, (did, cid), payload -> the notification; did None in V1.
     """
@@ -95,4 +95,4 @@ RESPONSE_STYLES: Final[dict[Generation, ResponseStyle]] = {
     ),
     V2.generation: ResponseStyle(_objection, _is_answered, _is_activity, _respond, _notify),
 }
-"""The generations that a fake robot can speak."""
+"""The generations of which there are fake robots."""

@@ -1,4 +1,4 @@
-"""The fake robot: it takes what a host writes and the time, and says what is due."""
+"""The fake robot: it takes what a host writes and the time, and gives the bytes that are due."""
 
 from collections.abc import Callable
 from random import Random
@@ -20,11 +20,11 @@ from sphero_probe.simulator.state import State
 from sphero_probe.simulator.topology import Ending, Route
 
 BOOTING: Final = 1.5
-"""Seconds from a reboot until the robot hears again; an assumption."""
+"""Seconds from a reboot until the robot takes commands again; an assumption."""
 
 
 class FakeRobot:
-    """A robot behind a line, without I/O and without a clock: the caller says what time it is.
+    """A robot at one end of a connection, without I/O and without a clock: the caller passes the time.
 
     Attributes:
         model: what it plays.
@@ -97,7 +97,7 @@ class FakeRobot:
 
     @property
     def asleep(self) -> bool:
-        """It hears nothing but wake; not even that in deep sleep."""
+        """It takes no command but wake; in deep sleep, none at all."""
         return self._state.asleep
 
     def truth(self) -> list[Fact]:
@@ -130,12 +130,12 @@ class FakeRobot:
     def fall_asleep(self, *, now: float) -> None:
         """Sleep at once, as it does by itself after a time without activity."""
         self._pass_time(now)
-        self._turn(SleepEvent.SLEEP, now)
+        self._happen(SleepEvent.SLEEP, now)
 
     def wake(self, *, now: float) -> None:
         """Wake it by other means than a command: a BLE write of its own kind, or a touch.
 
-        Nothing else wakes a V1 robot that was told, or came, to sleep. From deep sleep it does not wake.
+        Nothing else wakes a V1 robot that sleeps. From deep sleep it does not wake.
         """
         state = self._state
         if not (state.off or state.in_bootloader or state.booting):
@@ -155,19 +155,19 @@ class FakeRobot:
         return self._radio.receive(now=now)
 
     def next_time(self) -> float | None:
-        """Return when ``speak`` may have something again, None when only ``hear`` can bring that about."""
+        """Return when ``speak`` may return something, None if it will not without another ``hear``."""
         times = (self._radio.next_time(), self._queue.due, self._state.stream_due, self._state.rest.due)
         return min((time for time in times if time is not None), default=None)
 
     def _arrive(self, data: bytes, now: float) -> None:
-        """Hear bytes that have come through the air."""
+        """Take bytes that have reached the robot."""
         for packet in self._decoder.feed(data):
             match packet:
                 case Request() if self.connected:
                     self._admit(packet, now)
                 case Malformed():
                     self.malformed += 1
-                case _:  # somebody else's answer, or behind what dropped the line
+                case _:  # not a command, or sent after the connection was lost
                     pass
 
     def _admit(self, request: Request, now: float) -> None:
@@ -232,7 +232,7 @@ class FakeRobot:
         self.drop(now=now)
 
     def _boot(self, now: float) -> None:
-        """Be there again, and say so to whoever is connected."""
+        """Take commands again, and send the notification that says so."""
         self._state.booting = False
         self.wake(now=now)
         if self._behaviours.prompt and self.connected:
@@ -275,7 +275,7 @@ class FakeRobot:
             if queue.due == due:
                 self._serve_until(due)
             elif rest.due == due:
-                self._turn(rest.take(), due)
+                self._happen(rest.take(), due)
             else:
                 self._arrive(radio.take(), due)
         self._run_stream(now)
@@ -284,9 +284,9 @@ class FakeRobot:
         while sample := self._state.next_sample(now=now):
             self._notify(News(sample.node, sample.pair, sample.payload), sample.sent)
 
-    def _turn(self, turn: SleepEvent, now: float) -> None:
+    def _happen(self, event: SleepEvent, now: float) -> None:
         idleness, node = self._behaviours.idleness, self._network.nodes[0]
-        match turn:
+        match event:
             case SleepEvent.WARN:
                 self._notify(News(node, idleness.warning), now)
             case SleepEvent.SLEEP:
@@ -297,4 +297,4 @@ class FakeRobot:
             case SleepEvent.BOOT:
                 self._boot(now)
             case _:
-                assert_never(turn)
+                assert_never(event)

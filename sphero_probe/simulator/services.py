@@ -15,7 +15,7 @@ _RANGES: Final[dict[str, tuple[float, float]]] = {
     "encoder_left": (0.0, 5000.0),
     "encoder_right": (0.0, 5000.0),
 }
-"""Between what a reading lies where a mask stream has no such sensor."""
+"""Range of a reading where a mask stream has no such sensor."""
 _CLOCK: Final = ("core_time_upper", "core_time_lower")
 
 

@@ -1,4 +1,4 @@
-"""The values of a fake robot's settings: text in, what it means out; ``ValueError`` tells what is wanted."""
+"""Read the values of a fake robot's settings; a ``ValueError`` says what is wanted."""
 
 import math
 import re

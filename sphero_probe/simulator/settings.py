@@ -95,16 +95,16 @@ class Settings(NamedTuple):
         busy: probability that a command is answered "busy" and not executed.
         sleep_after: seconds without activity until the robot sleeps; None for what its generation does.
         matrix: a BOLT+ has the 8x8 matrix of the BOLT on its one node; other robots are as they are.
-        disconnect_after: commands heard on one connection until it drops; None for a connection that lasts.
-        reboot_on: (did, cid) that makes the robot start anew, whatever the payload.
+        disconnect_after: commands received on one connection until it drops; None for no end.
+        reboot_on: (did, cid) that makes the robot restart, whatever the payload.
         split: bytes per notification, None for as many as one BLE notification holds.
         silent: (did, cid) pairs that are never answered.
         line: how the client reaches the robot.
         unavailable: nodes for which another node answers "target unavailable".
         bad_target_from: the node that answers for nodes that do not exist; None for the one that found out.
         die: the node that hangs from some time on; None for none.
-        topology: file with the network of nodes that the robot is; whoever carries the bytes reads it.
-        truth: file for the list of commands that exist; whoever carries the bytes writes it.
+        topology: file with the network of nodes that the robot is; the transport reads it.
+        truth: file for the list of commands that exist; the transport writes it.
         ledger: file for the list of commands executed, likewise.
     """
 

@@ -21,7 +21,7 @@ Key = tuple[int, int, int]
 
 _COLOURS: Final = ("red", "green", "blue")
 _SETTER_NAMES: Final = (("get_", "", "set_"), ("get_", "", "enable_"), ("get_", "_enabled", "enable_"))
-"""How a getter is called before and behind its subject, and its setter before it."""
+"""Prefix and suffix of a getter's name, and the prefix of its setter."""
 
 
 class Sample(NamedTuple):
@@ -59,10 +59,10 @@ class State:
         services: node and token -> the streaming services that were configured.
         sensors: name -> the value that the streaming services deliver.
         rest: when it sleeps and wakes by itself.
-        asleep: hears nothing but wake.
-        off: in deep sleep, hears nothing any more.
+        asleep: takes no command but wake.
+        off: in deep sleep, takes no command at all.
         in_bootloader: has nothing but its bootloader.
-        booting: starts anew and hears nothing yet.
+        booting: restarts, and takes no command yet.
     """
 
     def __init__(self, settings: Settings, rest: SleepTimer, nodes: tuple[int, ...] | None = None) -> None:
@@ -106,13 +106,13 @@ class State:
         )
 
     def fall_asleep(self, *, wakes: float | None = None) -> None:
-        """Sleep until somebody wakes it, or until a time in seconds of the caller's clock."""
+        """Sleep until a command wakes it, or until a time in seconds of the caller's clock."""
         self.asleep = True
         self.streams.clear()
         self.rest.sleep(wakes)
 
     def restart(self) -> None:
-        """Lose whatever does not outlive power; what was stored for good stays."""
+        """Forget everything but what is stored without power."""
         self.streams.clear()
         self.services.clear()
         self.leds.update(dict.fromkeys(self.leds, 0))
@@ -133,7 +133,7 @@ def _channels(table: LedTable | None) -> dict[int, str]:
 
 
 def _setters(firmware: Firmware) -> dict[Key, Key]:
-    """Find the setter of every getter: names that pair up on one node, and layouts of the same shape."""
+    """Find the setter of every getter: matching names on one node, and layouts of the same shape."""
     rows = {key: command.row for key, command in firmware.commands.items() if command.row}
     by_name = {(key[0], row.name): key for key, row in rows.items()}
     found: dict[Key, Key] = {}

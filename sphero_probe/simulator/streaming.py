@@ -37,11 +37,11 @@ AT_REST: Final[dict[str, tuple[float, float]]] = {
     "gyroscope_raw_z": (-5.0, 5.0),
     "ambient_light": (90.0, 110.0),
 }
-"""Sensor -> between what its reading lies; what is not listed reads zero."""
+"""Sensor -> the range of its reading; sensors that are not listed read zero."""
 _CLOCK: Final = "core_time"
 """The sensor that counts milliseconds up."""
 BACKLOG: Final = 64
-"""Packets that a robot can hold back; what is older when somebody listens again is gone."""
+"""Packets that a robot can hold back until they are read; older ones are lost."""
 
 
 MASK_STREAM: Final = 0
@@ -96,20 +96,22 @@ class Stream:
         due: when the next packet is sent, in seconds of the caller's clock; None once the last one is.
     """
 
-    def __init__(self, queued: StreamRequest, *, seed: int, now: float) -> None:
-        self._queued = queued
-        self.node = queued.node
-        self.pair = queued.pair
-        self._left: int | None = queued.packets or None
+    def __init__(self, request: StreamRequest, *, seed: int, now: float) -> None:
+        self._request = request
+        self.node = request.node
+        self.pair = request.pair
+        self._left: int | None = request.packets or None
         self._chance = Random(f"{seed} stream")
         self._elapsed = 0.0
-        self.due: float | None = now + queued.interval if queued.interval and queued.layout.fields else None
+        self.due: float | None = (
+            now + request.interval if request.interval and request.layout.fields else None
+        )
 
     def sample(self, *, now: float) -> tuple[float, bytes] | None:
         """Return when the next packet was due and its payload; None while nothing is due by ``now``."""
         if self.due is None or self.due > now:
             return None
-        interval, frames = self._queued.interval, self._queued.frames
+        interval, frames = self._request.interval, self._request.frames
         self.due = max(self.due, now - BACKLOG * interval)
         sent = self.due
         if self._left is not None:
@@ -119,7 +121,7 @@ class Stream:
 
     def _frame(self, milliseconds: float) -> bytes:
         self._elapsed += milliseconds
-        layout = self._queued.layout
+        layout = self._request.layout
         return layout.encode({field.name: self._reading(field) for field in layout.fields})
 
     def _reading(self, field: Field) -> float:

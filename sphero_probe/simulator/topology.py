@@ -1,4 +1,4 @@
-"""How a packet travels through systems of nodes: a network and two addresses go in, the hops come out.
+"""How a packet travels through systems of nodes: its hops, and the addresses at each.
 
 This is the model of "Packet Addressing and Routing" in Sphero's description of its API [vendor]. A system has
 nodes and ports. Channels join the nodes of a system; a line joins the ports of two systems. Three rules of
@@ -6,7 +6,7 @@ the document decide where a packet goes:
 
 - Each node has a table of its own system: for every node and port, the first node on the way there.
 - A packet that comes in through a port is translated: its target is now within this system (port 0), and its
-  source is behind that port. So a packet crosses one line at most: nobody talks through a system.
+  source is behind that port. So a packet crosses one line at most: systems cannot talk through another one.
 - Node 0 is the wildcard: a node that cannot serve the packet passes it on.
 
 A node that cannot forward a packet answers "bad target" or "target unavailable". The document leaves open
@@ -74,7 +74,7 @@ class Faults(NamedTuple):
     """The nodes that do not work.
 
     Attributes:
-        unavailable: asleep or disconnected; the node before it says so.
+        unavailable: asleep or disconnected; the node before it answers for it.
         hung: takes packets and does nothing with them.
     """
 

@@ -1,4 +1,4 @@
-"""A network of nodes as a file: JSON in, the network and the client's place in it out.
+"""Read a network of nodes, and the client's place in it, from JSON.
 
 ::
 

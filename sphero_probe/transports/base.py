@@ -25,7 +25,7 @@ BLE_PORT: Final = 1
 
 
 class Transport(Protocol):
-    """A byte pipe; its lifetime belongs to the context manager that opened it."""
+    """A byte pipe; the context manager that opened it closes it."""
 
     async def write(self, data: bytes) -> None:
         """Send bytes.
@@ -45,12 +45,12 @@ class Connection(NamedTuple):
 
     Attributes:
         transport: the pipe.
-        generation: the protocol that the robot's services speak.
-        robot: the model, None where nothing tells it.
+        generation: the protocol that belongs to the robot's services.
+        robot: the model, None where it is not known.
         name: the advertised name, or the address where it has none.
         address: where it was reached, as ``--device`` takes it.
         port: the port nibble of target addresses on this kind of line (BLE 1, serial 0).
-        again: opens a line to the very same robot again; None: open the address anew.
+        again: opens a connection to the same robot again; None: open the address again.
         services: the services that the robot offers, by UUID; empty where the line knows of none.
         write_size: bytes that one write carries at most, None where the line sets no limit.
     """
@@ -71,10 +71,10 @@ class Seen(NamedTuple):
 
     Attributes:
         name: as advertised; a stranger's text.
-        robot: the model that the prefix tells, None for an unknown one.
+        robot: the model, from the prefix of the name; None for an unknown one.
         address: MAC address, or an opaque identifier on macOS.
         rssi: signal strength in dBm; None where it is not told, as for what was not heard in this scan.
-        generation: the protocol of the services it offers; None where they tell none.
+        generation: the protocol of the services it offers; None where that is not known.
         connected: it is connected to this machine already, which is why it does not advertise.
     """
 
@@ -92,7 +92,7 @@ class Seen(NamedTuple):
 
 
 class OpenOptions(NamedTuple):
-    """What a person may say about connecting.
+    """The options of connecting.
 
     Attributes:
         timeout: seconds for scanning, and again for each step of connecting.

@@ -1,4 +1,4 @@
-"""What the address of a built-in robot tells of its line."""
+"""What the address of a built-in robot says of its line."""
 
 from typing import Final
 

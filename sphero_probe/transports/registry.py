@@ -1,4 +1,4 @@
-"""Addresses in, open connections out: which scheme is opened by which module."""
+"""Which module opens which scheme of a device address."""
 
 import re
 from collections.abc import Callable
@@ -89,12 +89,12 @@ async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
 
 
 async def watch(options: OpenOptions, on_seen: Callable[[Seen], None], *, everything: bool = False) -> None:
-    """Tell of every robot each time it is heard.
+    """Report every robot each time it advertises.
 
     Args:
         options: time, which may be infinite, and adapter.
-        on_seen: told what is known of the one that was heard; it must not raise.
-        everything: also of what is no Sphero.
+        on_seen: called with what is known of the robot; it must not raise.
+        everything: also what is no Sphero.
 
     Raises:
         UnavailableError: no Bluetooth here, or not any more.

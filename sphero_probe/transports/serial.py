@@ -1,4 +1,4 @@
-"""A serial port or URL goes in, an open pipe to the robot behind it comes out; the one place with serialx."""
+"""Open a pipe to a robot behind a serial port or URL; the only module that imports serialx."""
 
 import asyncio
 import errno
@@ -66,7 +66,7 @@ _ERRORS: Final[dict[int, tuple[type[SpheroProbeError], str, str]]] = {
     ),
     errno.ECONNREFUSED: (
         ConnectionFailedError,
-        "nobody listens at {}",
+        "nothing listens at {}",
         "is the serial server running there?",
     ),
 }
@@ -78,7 +78,7 @@ class ListedPort(NamedTuple):
 
     Attributes:
         path: what to open, ``/dev/ttyUSB0`` or ``COM3``.
-        description: what it tells of itself, empty where it tells nothing; a stranger's text.
+        description: its own text, empty where it has none; not to be trusted.
     """
 
     path: str
@@ -118,7 +118,7 @@ class SerialTransport(asyncio.Protocol):
         """Wait for bytes; ``b""`` once the robot is gone."""
         data = await self._heard.get()
         if not data:
-            self._heard.put_nowait(data)  # whoever reads again finds it gone, too
+            self._heard.put_nowait(data)  # the next read ends, too
         return data
 
     async def close(self) -> None:
@@ -133,24 +133,24 @@ class SerialTransport(asyncio.Protocol):
                 await line.wait_closed()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take in that the port is open; let it tell of every byte that it holds back."""
+        """Keep the open port, and have it report every byte that it holds back."""
         self._line = cast("BaseSerialTransport", transport)
         self._line.set_write_buffer_limits(high=0)
 
     def data_received(self, data: bytes) -> None:
-        """Take in what the robot sent."""
+        """Queue bytes of the robot."""
         self._heard.put_nowait(bytes(data))
 
     def pause_writing(self) -> None:
-        """Take in that the system holds bytes back."""
+        """Make writers wait: the system holds bytes back."""
         self._drained.clear()
 
     def resume_writing(self) -> None:
-        """Take in that all bytes have left."""
+        """Let writers go on: all bytes have left."""
         self._drained.set()
 
     def connection_lost(self, _: Exception | None) -> None:
-        """Take in that the port is gone: unplugged, switched off or closed."""
+        """End the pipe: the port was unplugged, switched off or closed."""
         self._heard.put_nowait(b"")
         self._drained.set()
 
@@ -221,7 +221,7 @@ def ports() -> list[ListedPort]:
 
 
 def _described(port: "SerialPortInfo") -> str:
-    """What a port tells of itself: maker, product and interface, each once; a stranger's texts."""
+    """Return the maker, product and interface of a port, each once; not to be trusted."""
     told = (port.manufacturer, port.product, port.interface_description)
     return " ".join(dict.fromkeys(filter(None, told)))
 
@@ -260,7 +260,7 @@ async def open_connection(
 
     Args:
         rest: the address without its scheme.
-        options: the time for opening, and who is told of it.
+        options: the time for opening, and what to call at each step.
         scheme: a key of ``USUAL``.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What stands behind ``serial:`` or ``rfcomm:`` goes in; the port, its robot and the rate come out."""
+"""Read what follows ``serial:`` or ``rfcomm:``: the port, its robot and the rate."""
 
 from typing import Final, NamedTuple
 from urllib.parse import parse_qsl

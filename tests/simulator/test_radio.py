@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue import ROBOTS
-from sphero_probe.simulator.radio import INTERVAL, NOTIFICATION_BYTES, PATIENCE, PER_EVENT, Radio
+from sphero_probe.simulator.radio import INTERVAL, LONGEST_HOLD, NOTIFICATION_BYTES, PER_EVENT, Radio
 from sphero_probe.simulator.settings import Settings
 from tests.support.narrowing import known
 
@@ -194,8 +194,8 @@ def test_a_late_answer_comes_though_no_other_does() -> None:
     radio = Radio(Settings(BOLT, reorder=1.0, latency=0.25))
     radio.send(b"answer", now=0.0, is_answer=True)
     radio.send(b"news", now=0.0)
-    assert radio.next_time() == PATIENCE
-    assert _pump(radio, 9.0) == [(0.25, "down", b"news"), (PATIENCE + 0.25, "down", b"answer")]
+    assert radio.next_time() == LONGEST_HOLD
+    assert _pump(radio, 9.0) == [(0.25, "down", b"news"), (LONGEST_HOLD + 0.25, "down", b"answer")]
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.2), st.booleans()), max_size=40), st.floats(0, 1), st.integers(0, 9))

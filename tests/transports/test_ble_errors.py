@@ -530,7 +530,7 @@ def test_adapters_that_cannot_be_asked_for_make_nothing_worse(monkeypatch: pytes
 
     with pytest.raises(NoSuchAdapterError, match="hci7") as caught:
         asyncio.run(fail())
-    assert caught.value.hint == "see which there are: bluetoothctl list"
+    assert caught.value.hint == "list the adapters with: bluetoothctl list"
 
 
 @pytest.mark.parametrize(

@@ -625,7 +625,7 @@ def test_a_server_that_is_not_there(cli: Cli) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         address = f"serial:socket://127.0.0.1:{taken.getsockname()[1]}"
-        shown(cli("info", "--device", address), 4, "nobody listens at socket://127.0.0.1")
+        shown(cli("info", "--device", address), 4, "nothing listens at socket://127.0.0.1")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may open everything")

@@ -1,4 +1,4 @@
-"""What was typed for ``--device`` and who is around go in; the one robot that is meant comes out."""
+"""Choose the one robot that ``--device`` means from those that were found."""
 
 import re
 from collections import Counter
@@ -77,7 +77,7 @@ def choose(wanted: str, around: Iterable[Seen], seconds: float) -> Seen:
         seconds: how long was listened at most.
 
     Raises:
-        RobotNotFoundError: nobody or more than one is meant, or the one is in use.
+        RobotNotFoundError: none or more than one is meant, or it is in use.
     """
     everyone = list(around)
     fits = [(how, seen) for seen in everyone if (how := fit(wanted, seen)) is not None]

@@ -1,4 +1,4 @@
-"""A name or address goes in, an open pipe to the robot's API characteristic comes out."""
+"""Open a pipe to the API characteristic of a robot, from its name or address."""
 
 import asyncio
 import logging
@@ -38,7 +38,7 @@ _GLANCE: Final = 0.05
 """Seconds between two looks at whether a robot that is being connected is connected already."""
 
 for _name in ("bleak", "dbus_fast"):
-    # what they warn of ends in an error that says it; where nobody listens it would go to standard error
+    # what they warn of ends in an error anyway; without a handler it would go to standard error
     logging.getLogger(_name).addHandler(logging.NullHandler())
 
 
@@ -48,8 +48,8 @@ async def _find(wanted: str, options: OpenOptions) -> Heard:
 
 
 async def _note_services(client: BleakClient, connecting: Step, options: OpenOptions) -> None:
-    """Take in that the link stands, from when on bleak only waits for the services."""
-    while not client.is_connected:  # noqa: ASYNC110 - bleak tells nobody
+    """Wait for the link; from then on bleak only waits for the services."""
+    while not client.is_connected:  # noqa: ASYNC110 - bleak has no event for it
         await asyncio.sleep(_GLANCE)
     connecting.name = "services"
     options.on_step(connecting.name)
@@ -110,7 +110,7 @@ def _characteristic(services: BleakGATTServiceCollection, uuid: str) -> BleakGAT
 
 
 async def _unlock(client: BleakClient, services: BleakGATTServiceCollection, options: OpenOptions) -> bool:
-    """Write the phrases that the robot has characteristics for; tell whether there were any."""
+    """Write the phrases that the robot has characteristics for; return whether there were any."""
     unlocked = False
     for uuid, phrase in (entry for profile in PROFILES for entry in profile.unlock):
         lock = _characteristic(services, uuid)
@@ -169,7 +169,7 @@ async def _attempt(heard: Heard, options: OpenOptions) -> AsyncIterator[Connecti
             unlocked = await _unlock(client, services, options)
         face = _face(services)
         if face is None and unlocked:
-            # some droids reveal the API only now; a second client discovers services anew on the same link
+            # some droids reveal the API only now; a second client discovers services again on the same link
             client = await opened.enter_async_context(_client(heard, options, gone))
             services = _services(client)
             face = _face(services)

@@ -1,4 +1,4 @@
-"""What bleak, D-Bus and the system raise goes in; an error a person can act on comes out."""
+"""Turn what bleak, D-Bus and the system raise into errors that a person can act on."""
 
 import asyncio
 import errno
@@ -45,7 +45,7 @@ from sphero_probe.transports.ble.wording import (
 GRACE: Final = 2.0
 """Seconds beyond its own time that a scan may take before it is cut off."""
 LONGEST: Final = 200
-"""Characters of somebody else's text in a message."""
+"""Characters of a foreign text that a message shows at most."""
 _ASK_ADAPTERS: Final = 1.0
 """Seconds for finding out which adapters there are, once something is wrong already."""
 

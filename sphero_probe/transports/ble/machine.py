@@ -1,4 +1,4 @@
-"""This machine's Bluetooth goes in, what there is comes out: bus, adapters, connected devices, switches."""
+"""What this machine has of Bluetooth: bus, adapters, connected devices, switches."""
 
 import asyncio
 import re
@@ -136,7 +136,7 @@ async def look(timeout: float) -> Sight:
 
 
 async def bluez_version(timeout: float) -> str:
-    """Return the version of the BlueZ tools as ``5.66``, empty where nobody tells it.
+    """Return the version of the BlueZ tools as ``5.66``, empty where it is not known.
 
     Args:
         timeout: seconds until the question is given up.

@@ -1,4 +1,4 @@
-"""Frames for a robot go in and are cut to what one write carries; what it notifies comes out."""
+"""The byte pipe of a BLE robot: writes are cut to what one of them carries, notifications are read."""
 
 import asyncio
 from typing import Final
@@ -48,14 +48,14 @@ class BleTransport:
         """Wait for a notification; ``b""`` once the robot is gone."""
         data = await self._heard.get()
         if not data:
-            self._heard.put_nowait(data)  # whoever reads again finds it gone, too
+            self._heard.put_nowait(data)  # the next read ends, too
         return data
 
     def on_notification(self, _: BleakGATTCharacteristic, data: bytearray) -> None:
-        """Take in what the robot notified."""
+        """Queue a notification of the robot."""
         if data:
             self._heard.put_nowait(bytes(data))
 
     def on_disconnect(self) -> None:
-        """Take in that the robot is gone."""
+        """End the pipe: the robot is gone."""
         self._heard.put_nowait(b"")

@@ -1,4 +1,4 @@
-"""The air goes in, robots come out: names and models of what advertises nearby or is connected already."""
+"""Find robots: names and models of what advertises nearby or is connected already."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 _STARTING: Final = 3.0
 """Seconds that starting a scan may take, whatever time there is for listening."""
 _LOOK: Final = 2.0
-"""Seconds between two looks at who is connected, in a scan that goes on and on."""
+"""Seconds between two looks at what is connected, in a scan without end."""
 _NOT_HEARD: Final = -127
-"""The signal strength that bleak gives when BlueZ tells of a device that it only remembers [bleak 3.1]."""
+"""The signal strength that bleak gives when BlueZ reports a device that it only remembers [bleak 3.1]."""
 _NOT_MEASURED: Final = 127
 """What stands for an unknown signal strength [Bluetooth Core 5.2, Vol 4 Part E, 7.7.65.2]; macOS gives it."""
 _GENERIC_ATTRIBUTE: Final = normalize_uuid_16(0x1801)
-"""A service that everyone offers who speaks GATT."""
+"""A service that every GATT device offers."""
 
 
 class Heard(NamedTuple):
@@ -40,7 +40,7 @@ class Heard(NamedTuple):
 
 
 class Air:
-    """Who was heard in one scan and who is connected, one entry for each address.
+    """The devices found in one scan or connected, one entry for each address.
 
     Attributes:
         on_heard: told of everyone each time they are heard; must not raise.
@@ -52,7 +52,7 @@ class Air:
         self._connected: dict[str, Heard] = {}
 
     def hear(self, device: BLEDevice, advertisement: AdvertisementData) -> None:
-        """Take in an advertisement; an empty name does not take away the one that was heard before.
+        """Add an advertisement; an empty name does not replace an earlier one.
 
         A device that BlueZ knows from earlier and that is not on the air is told of in the same way, without
         a signal strength. It is left out.
@@ -68,11 +68,11 @@ class Air:
         self.on_heard(self._merged(key))
 
     def meet(self, connected: Iterable[Heard]) -> None:
-        """Take in who is connected to this machine, instead of who was before."""
+        """Replace the devices that are connected to this machine."""
         self._connected = {heard.seen.address.upper(): heard for heard in connected}
 
     def around(self) -> list[Heard]:
-        """Return everyone: the strongest first, then those who are connected and do not advertise."""
+        """Return all devices: the strongest first, then those that are connected and do not advertise."""
         everyone = [self._merged(key) for key in self._heard | self._connected]
         return sorted(everyone, key=_by_strength)
 
@@ -121,7 +121,7 @@ async def _listening(options: OpenOptions, air: Air) -> AsyncIterator[None]:
 
 
 async def _connected(options: OpenOptions) -> list[Heard]:
-    """Return who is connected to this machine; nobody where the system or bleak (before 3.1) does not tell.
+    """Return what is connected to this machine; nothing if the system or bleak (before 3.1) cannot tell.
 
     Raises:
         UnavailableError: Bluetooth was switched off, or does not answer.
@@ -161,7 +161,7 @@ async def scan(options: OpenOptions, *, everything: bool = False) -> list[Seen]:
 
 
 async def watch(options: OpenOptions, on_seen: Callable[[Seen], None], *, everything: bool = False) -> None:
-    """Tell of every robot each time it is heard, and now and then of those connected to this machine.
+    """Report every robot each time it advertises, and now and then those connected to this machine.
 
     Args:
         options: time, which may be infinite, and adapter.
@@ -195,7 +195,7 @@ async def find(wanted: str, options: OpenOptions) -> Heard:
     too; a beginning when everyone near must have been heard, or when the time is over.
 
     Raises:
-        RobotNotFoundError: nobody, more than one, or one that is in use already.
+        RobotNotFoundError: there is none, more than one, or it is in use already.
         UnavailableError: no Bluetooth here, or it does not answer.
     """
     air = Air()
@@ -219,7 +219,7 @@ async def find_only(options: OpenOptions) -> Heard:
 
 
 async def _until_clear(wanted: str, options: OpenOptions, air: Air) -> None:
-    """Listen until it is clear who is meant, and for all the time there is where it is not."""
+    """Scan until it is clear which robot is meant, or until the time is up."""
     loop = asyncio.get_running_loop()
     end = loop.time() + options.timeout
     with suppress(TimeoutError):

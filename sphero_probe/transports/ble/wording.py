@@ -1,4 +1,4 @@
-"""What is known to fail with Bluetooth goes in as a name, code or text; words for a person come out."""
+"""What is known to fail with Bluetooth, by name, code or text, in words for a person."""
 
 from typing import Final, NamedTuple
 
@@ -42,7 +42,7 @@ _FORGET: Final = {
 
 
 class Words(NamedTuple):
-    """What to tell a person.
+    """A message for a person.
 
     Attributes:
         kind: the error, and with it the exit code.
@@ -59,7 +59,7 @@ class Words(NamedTuple):
 
         Args:
             platform: as ``sys.platform`` has it.
-            before: the step, where the words do not tell it themselves.
+            before: the step, where the words do not name it themselves.
         """
         hint = self.hint if isinstance(self.hint, str) else self.hint.get(platform, self.hint["linux"])
         return self.kind(f"{before}: {self.said}" if before else self.said, hint)
