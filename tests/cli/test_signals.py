@@ -17,6 +17,7 @@ PATIENCE = 30.0
 """Seconds that a process may take at most; far more than it needs."""
 PROBE = (sys.executable, "-m", "sphero_probe")
 LONG = ("sweep", "--did", "0x10-0x1a", "--no-journal", "--device", "fake:bolt-plus?latency=30ms")
+SHORT = ("sweep", "--did", "0x13", "--cid", "0-3", "--no-journal", "--device", "fake:bolt-plus")
 PARENT = """
 import subprocess, sys
 pipe = subprocess.PIPE
