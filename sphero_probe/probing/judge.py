@@ -144,7 +144,7 @@ def finding_of(
         probe.command,
         judgement.outcome,
         judgement.confidence,
-        probe.risk,
+        exchange.risk if isinstance(exchange, Blocked) else probe.risk,
         exchange,
         probe.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",

@@ -211,6 +211,8 @@ class Prober:
                 expected=probe.is_expected,
                 before_sending=intend,
             )
+            if isinstance(exchange, Blocked):  # something was measured while it waited
+                return ProbeResult(exchange, attempt - 1)
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS or self.line.is_stopped:
                 return ProbeResult(exchange, attempt)
             verdict = self.link.codec.verdict(exchange.response.code)
