@@ -38,13 +38,13 @@ class Readings:
         self._answered: dict[int, str] = {}
 
     def look(self, finding: Finding, *, now: float) -> None:
-        """Take in a finding as it is made."""
+        """Remember a reading that was answered without data."""
         if finding.note == EXPECTED:
             streams = frozenset(pair for pair, times in self._seen.items() if times >= _STREAM)
             self._waiting.append(_Reading(finding.number, finding.command.did, now, streams))
 
     def hear(self, notification: Unsolicited, *, now: float) -> None:
-        """Take in what came; a notification belongs to the last reading of its device that waits for one."""
+        """Assign what came: a notification belongs to the last reading of its device that waits for one."""
         if not isinstance(notification, Notification):
             return
         pair = notification.did, notification.cid

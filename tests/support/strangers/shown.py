@@ -24,10 +24,10 @@ def check_shown_and_kept(ran: Ran) -> None:
         path = Path(folder) / "run.jsonl"
         _keep(ran, path)
         recorded = read_journal(path)
-    assert not recorded.torn
+    assert not recorded.is_torn
     assert dict(recorded.findings) == {finding.number: finding for finding in ran.findings}
     notes = [record for record in ran.records if isinstance(record, Note)]
-    assert [record.text for record in recorded.told if isinstance(record, Note)] == [
+    assert [record.text for record in recorded.entries if isinstance(record, Note)] == [
         note.text for note in notes
     ]
     for form in FORMATS:
