@@ -1,11 +1,11 @@
 """Writes rows to a file or standard output, as the output options say."""
 
+import errno
 import os
 import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TextIO
 
 from sphero_probe.cli.values import Output
@@ -15,6 +15,7 @@ from sphero_probe.reports.rows import Row
 from sphero_probe.reports.streams import takes_unicode, wants_color
 from sphero_probe.reports.views import View
 
+_READ_FIRST = "start the program that reads it first"
 _WIDTH = 100
 """Columns of a table where the width of the terminal is not known."""
 
@@ -64,10 +65,21 @@ def _stream(output: Output) -> Iterator[TextIO]:
         yield sys.stdout
         return
     try:
-        with Path(output.file).open("w", encoding="utf-8", newline="") as stream:
+        with open(output.file, "w", encoding="utf-8", newline="", opener=_open) as stream:
             yield stream
     except OSError as error:
+        if error.errno == errno.ENXIO:
+            raise OutputError(f"cannot write {output.file}: no program reads it", _READ_FIRST) from error
         raise OutputError(f"cannot write {output.file}: {error.strerror}") from error
+
+
+def _open(path: str, flags: int) -> int:
+    """Open a file to write; a FIFO that no program reads is an error, as waiting for one ignores signals."""
+    at_once = getattr(os, "O_NONBLOCK", 0)
+    descriptor = os.open(path, flags | at_once, 0o666)
+    if at_once:
+        os.set_blocking(descriptor, True)
+    return descriptor
 
 
 def _style(output: Output, stream: TextIO) -> Style:

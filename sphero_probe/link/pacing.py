@@ -59,6 +59,11 @@ class Pace:
         return self._fixed_window or int(self._window)
 
     @property
+    def longest_timeout(self) -> float:
+        """Seconds that the timeout can grow to."""
+        return self.timeout if self._fixed_timeout else LONGEST_TIMEOUT
+
+    @property
     def in_flight(self) -> int:
         """How many commands the node's queue may still hold."""
         return len(self._sent)

@@ -79,13 +79,15 @@ class Calibration:
         checks.trust(self._target)
         for probe in surplus:
             checks.add_rejection(probe)
-        if why := await self._setter_without_arguments():
+        absent = [pair for pair in (device, command) if pair]
+        lenient, (strictness, why), _ = await asyncio.gather(
+            self._setter_without_arguments(), self._other_lengths(*absent), self._codes_on_demand()
+        )
+        if lenient:
             checks.distrust(self._target)
-            return self._conclude(Strictness.LENIENT, why)
-        await self._codes_on_demand()
+            return self._conclude(Strictness.LENIENT, lenient)
         if device is None or command is None:
             return self._conclude(*self._without_absent((first if device is None else last).verdict))
-        strictness, why = await self._other_lengths(device, command)
         if strictness not in (Strictness.STRICT, Strictness.MASKING):
             checks.suspend(self._target)
         return self._conclude(strictness, why)

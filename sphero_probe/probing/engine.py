@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.well_known import WellKnown, row_for
-from sphero_probe.link.exchange import Answered, LateResponse, Unsolicited
+from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.calibrator import Calibrator
@@ -17,18 +16,19 @@ from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import introduce
 from sphero_probe.probing.judge import finding_of
-from sphero_probe.probing.notes import node_name, note_of
+from sphero_probe.probing.notes import node_name, note_of, slow_note
 from sphero_probe.probing.oneshot import heading_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import FilledProbe, Prober
+from sphero_probe.probing.readings import Readings
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
 from sphero_probe.probing.retries import EXECUTED_BEFORE, SettledProbe, no_result
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
+from sphero_probe.probing.unreachable import is_unreachable
 from sphero_probe.probing.verification import contradiction, is_verified
-from sphero_probe.protocol.address import Address
-from sphero_probe.protocol.packets import Malformed, Verdict
+from sphero_probe.protocol.packets import Malformed
 from sphero_probe.session.reconnect import Reconnect, Reconnector
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class Engine:
     _notes: list[Note] = field(default_factory=list)
     _firmware: dict[str, str] = field(default_factory=dict)
     _unsolicited: list[Unsolicited] = field(default_factory=list)
+    _readings: Readings = field(default_factory=Readings)
     _incomplete: bool = False
 
     def __post_init__(self) -> None:
@@ -152,6 +153,7 @@ class Engine:
         async def begin() -> None:
             self._firmware.update(await introduce(self._line, self.target, self.on_step, self._unsolicited))
             self._line.expect_firmware(self._firmware)
+            self._note_slowness()
             await self._calibrator.measure(wanted)
             for target in wanted.nodes or {self.target: ()}:
                 await self._pipeline.health.passes(target)
@@ -166,6 +168,13 @@ class Engine:
         heading = heading_of(self.plan, self.link, self.device)
         heading = heading._replace(firmware=dict(self._firmware), strictness=strictness)
         return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
+
+    def _note_slowness(self) -> None:
+        """Say so where every answer takes long: the run does, too."""
+        pace = self.link.pace(self.target)
+        if note := slow_note(pace.round_trip, pace.longest_timeout):
+            self._notes.append(note)
+            self.on_step(note.text)
 
     async def _stage(self, probes: Sequence[Probe], *, is_first: bool) -> AsyncIterator[Record]:
         """Send the probes of one stage, then the silent ones again; yield their findings."""
@@ -232,6 +241,8 @@ class Engine:
             old = by_number[settled_probe.probe.number]
             if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
                 yield self._replace(old, self._finding(settled_probe))
+        for old, new in self._readings.take(self.findings):
+            yield self._replace(old, new)
 
     def _replace(self, old: Finding, new: Finding) -> Finding:
         self.findings[self.findings.index(old)] = new
@@ -249,6 +260,7 @@ class Engine:
     def _judge(self, settled: SettledProbe) -> Finding:
         """Judge a settled probe and record the finding."""
         finding = self._finding(settled)
+        self._readings.look(finding, now=asyncio.get_running_loop().time())
         self.recorder.record(finding)
         return finding
 
@@ -267,20 +279,8 @@ class Engine:
         )
         if probe.number in self._executions.numbers:
             finding = finding._replace(note="executed: it accepted this length")
-        if finding.outcome in (Outcome.INCONCLUSIVE, Outcome.SILENT) and self._is_missing(finding):
-            self._incomplete = True
+        self._incomplete |= is_unreachable(finding, self.link.codec, robot)
         return finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt) if doubt else finding
-
-    def _is_missing(self, finding: Finding) -> bool:
-        """Whether an existing node was not reached: it was called unavailable, or answered no echo."""
-        exchange, codec, robot = finding.exchange, self.link.codec, self.link.policy.robot
-        if isinstance(exchange, Answered):
-            return codec.verdict(exchange.response.code) is Verdict.TARGET_UNAVAILABLE
-        echo, target = row_for(codec.generation, WellKnown.ECHO), finding.command.target
-        is_echo = echo is not None and finding.command[:2] == (echo.did, echo.cid)
-        return bool(
-            is_echo and robot and target is not None and Address.from_byte(target).node in robot.nodes
-        )
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
         """Return the finding of this probe from an interrupted run, None if the probe must be sent."""
@@ -299,9 +299,9 @@ class Engine:
             self._unsolicited.append(unsolicited)
         if isinstance(unsolicited, LateResponse | Malformed):
             self._pipeline.hear(unsolicited)
+        self._readings.hear(unsolicited, now=asyncio.get_running_loop().time())
         self._notes.append(note_of(unsolicited, described))
 
     def _take_notes(self) -> list[Note]:
-        taken = list(self._notes)
-        self._notes.clear()
+        taken, self._notes[:] = list(self._notes), []
         return taken

@@ -8,6 +8,7 @@ is wrong, all answers since the last passed check are void.
 from typing import Final
 
 from sphero_probe.catalogue.well_known import WellKnown, row_for
+from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.policy import WRONG_LENGTH
@@ -62,9 +63,8 @@ class HealthCheck:
         """
         if not self.knows(target):
             candidates = self._candidates(target)
-            self._questions[target] = [
-                question for question in candidates if await self._passes(question, attempts)
-            ]
+            passed = await ask_together(self._passes(one, attempts, together=True) for one in candidates)
+            self._questions[target] = [one for one, right in zip(candidates, passed, strict=True) if right]
             return True
         for question in self._questions[target]:
             if not await self._passes(question, attempts):
@@ -81,10 +81,12 @@ class HealthCheck:
             questions.append(profile.absent._replace(payload=bytes(WRONG_LENGTH)))
         return questions
 
-    async def _passes(self, question: Command, attempts: int) -> bool:
+    async def _passes(self, question: Command, attempts: int, *, together: bool = False) -> bool:
+        """Ask until something can be told; ``together`` lets others be in flight at the first attempt."""
         question = self._with_nonce(question)
-        for _ in range(attempts):
-            healthy = self.is_healthy(question, await self._prober.link.ask(question, alone=True))
+        for attempt in range(attempts):
+            alone = attempt > 0 or not together
+            healthy = self.is_healthy(question, await self._prober.link.ask(question, alone=alone))
             if healthy is not None:
                 return healthy
         return False

@@ -11,6 +11,7 @@ from sphero_probe.link.policy import is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
 from sphero_probe.probing.profiles import GONE, Answer, DeviceProfile
+from sphero_probe.probing.readings import EXPECTED
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Response, Verdict
 
@@ -87,7 +88,7 @@ def judge(
             if masked:
                 return Judgement(Outcome.INCONCLUSIVE, note=_UNCONFIRMED if known else _MASKED)
             if verdict is Verdict.OK and reading and not response.payload:
-                return Judgement(Outcome.EXISTS, note="accepted; the reading may come as a notification")
+                return Judgement(Outcome.EXISTS, note=EXPECTED)
             return _BY_VERDICT[verdict]
         case Silent(command=command):
             length = len(command.payload)
@@ -143,7 +144,7 @@ def finding_of(
         probe.command,
         judgement.outcome,
         judgement.confidence,
-        probe.risk,
+        exchange.risk if isinstance(exchange, Blocked) else probe.risk,
         exchange,
         probe.knowledge,
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",

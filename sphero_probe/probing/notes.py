@@ -14,6 +14,9 @@ from sphero_probe.protocol.packets import Command, Malformed, Notification
 EXECUTED: Final = "executed"
 """Kind of the note of a command that accepted a wrong length."""
 
+SLOW: Final = 1.0
+"""Seconds that an answer takes from which on a robot is called slow."""
+
 
 def note_of(unsolicited: Unsolicited, described: dict[str, object]) -> Note:
     """Return the note on a notification, a late answer or a malformed frame.
@@ -123,6 +126,19 @@ def executed_note(command: Command, name: str, when: datetime) -> Note:
         "time": at,
     }
     return Note(EXECUTED, text, data)
+
+
+def slow_note(round_trip: float | None, most: float) -> Note | None:
+    """Return the note that a robot answers slowly, None where it does not.
+
+    Args:
+        round_trip: seconds that an answer takes, None where none was timed.
+        most: seconds that an answer is waited for at most.
+    """
+    if round_trip is None or round_trip < SLOW:
+        return None
+    text = f"answers take {round_trip:.1f} s: waiting up to {most:.0f} s for each"
+    return Note("run", text, {"seconds": round(round_trip, 3), "at_most": most})
 
 
 def node_name(target: int | None, robot: Robot | None) -> str:

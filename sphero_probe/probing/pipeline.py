@@ -212,6 +212,7 @@ class Pipeline:
     def _hear_probe(self, probe: PreparedProbe, result: ProbeResult, stamp: int) -> None:
         earlier = self.unanswered.get(probe.number)
         attempts = result.attempts + (earlier.attempts if earlier else 0)
+        self._scheduler.was_silent = isinstance(result.exchange, Silent)
         if not isinstance(result.exchange, Silent):
             self.unanswered.pop(probe.number, None)
             self.loss.learn(earlier.attempts + 1 if earlier else 1)

@@ -1,6 +1,5 @@
 """Prepare one probe at a time, by the catalogue and by what was measured, and send it."""
 
-import asyncio
 from collections.abc import Callable, Collection, Iterable
 from typing import Final, NamedTuple
 
@@ -212,14 +211,16 @@ class Prober:
                 expected=probe.is_expected,
                 before_sending=intend,
             )
-            if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS:
+            if isinstance(exchange, Blocked):  # something was measured while it waited
+                return ProbeResult(exchange, attempt - 1)
+            if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS or self.line.is_stopped:
                 return ProbeResult(exchange, attempt)
             verdict = self.link.codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
                 await wake(self.link, probe.command.target)
             elif verdict is Verdict.BUSY:
-                await asyncio.sleep(pause)
+                await self.line.pause(pause)
                 pause *= 2
             else:
                 return ProbeResult(exchange, attempt)

@@ -1,14 +1,22 @@
 """Ask the questions of calibration until they are answered, and keep them as evidence."""
 
+import asyncio
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
+from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.link.concurrent import ask_together
-from sphero_probe.link.exchange import Answered, Blocked
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.profiles import Answer, Step
 from sphero_probe.protocol.packets import Command, Verdict
+from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.reconnect import Reconnector
+
+_PATIENT: Final = 0.5
+"""Seconds of timeout beyond which a silence is followed by an echo, whose answer makes the timeout short."""
+_TIMES: Final = 4
+"""How many round trips such a timeout has at least."""
 
 
 class Reply(NamedTuple):
@@ -38,6 +46,8 @@ class Questions:
         self._attempts = attempts
         self._line = line
         self._target = target
+        self._echoes = True
+        self._turn = asyncio.Lock()
 
     async def ask(self, command: Command, wanted: str) -> Reply:
         """Ask one question.
@@ -68,7 +78,7 @@ class Questions:
         codec = self._line.link.codec
         command = command._replace(target=self._target)
         for attempt in range(self._attempts):
-            exchange = await self._line.link.ask(command, alone=attempt > 0)
+            exchange = await (self._ask_alone(command) if attempt else self._line.link.ask(command))
             if isinstance(exchange, Blocked):
                 return Step(command, wanted, "blocked"), Reply(None, blocked=True)
             if isinstance(exchange, Answered):
@@ -79,3 +89,19 @@ class Questions:
                         verdict, Answer(response.code, response.payload)
                     )
         return Step(command, wanted, "no answer"), Reply(None)
+
+    async def _ask_alone(self, command: Command) -> Exchange:
+        """Ask with nothing else in flight; before another is asked so, an echo may follow a silence."""
+        async with self._turn:
+            exchange = await self._line.link.ask(command, alone=True)
+            if isinstance(exchange, Silent):
+                await self._time_an_echo()
+            return exchange
+
+    async def _time_an_echo(self) -> None:
+        """Make a timeout that silences have made long short again, where the node still answers."""
+        link = self._line.link
+        pace = link.pace(self._target)
+        if self._echoes and pace.round_trip and pace.timeout > max(_PATIENT, _TIMES * pace.round_trip):
+            echo = await ask_well_known(link, WellKnown.ECHO, self._target, attempts=1)
+            self._echoes = isinstance(echo, Answered)

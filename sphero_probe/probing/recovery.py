@@ -34,7 +34,7 @@ async def recover(
     loop = asyncio.get_running_loop()
     began = loop.time()
     for pause in PAUSES:
-        await asyncio.sleep(pause)
+        await line.pause(pause)
         await line.with_reconnect(try_again)
         if is_over():
             return set()

@@ -49,6 +49,7 @@ class Scheduler:
         again: silent probes to send again.
         questions: of health checks.
         is_last: no more probes follow, so the last health check need not wait for any.
+        was_silent: the last probe that ended got no answer.
         width: the most items in flight, None for as many as the robot takes.
     """
 
@@ -65,7 +66,7 @@ class Scheduler:
         self.todo: deque[PreparedProbe] = deque()
         self.again: deque[PreparedProbe] = deque()
         self.questions: deque[HealthQuestion] = deque()
-        self.is_last = False
+        self.is_last = self.was_silent = False
         self.width: int | None = None
         self._prober = prober
         self._health = health
@@ -142,7 +143,9 @@ class Scheduler:
         """Return the queue to send from next, None when all are empty."""
         now = asyncio.get_running_loop().time()
         due = self._since_check and (
-            self._since_check >= PROBES_PER_CHECK or now - self._checked_at >= SECONDS_PER_CHECK
+            self._since_check >= PROBES_PER_CHECK
+            or now - self._checked_at >= SECONDS_PER_CHECK
+            or self._waits_alone
         )
         if due or self._needs_check or (self.is_idle and self._confirmations):
             self._queue_check(now)
@@ -151,6 +154,15 @@ class Scheduler:
         if self.again and not (self.todo and self._retries_in_a_row):
             return self.again
         return self.todo or None
+
+    @property
+    def _waits_alone(self) -> bool:
+        """Whether a probe that others wait for may be as silent as the last: a check soon tells."""
+        flying = self.in_flight_probes.items
+        return self.was_silent and any(
+            isinstance(item, PreparedProbe) and item.is_wrong_length and not self._is_proved(item)
+            for item in flying
+        )
 
     @property
     def _needs_check(self) -> bool:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
 from typing import Any, Final
 
 from sphero_probe.errors import ConnectionFailedError, LinkLostError, SpheroProbeError
@@ -56,6 +57,16 @@ class Reconnector:
         """How many command frames were sent, over all links."""
         return self._frames + self.link.frames_sent
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the run was told to end."""
+        return self._stop.is_set()
+
+    async def pause(self, seconds: float) -> None:
+        """Sleep, but no longer than until the run is told to end."""
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._stop.wait(), seconds)
+
     def expect_firmware(self, firmware: dict[str, str]) -> None:
         """Set the firmware that the robot must have after a reconnect."""
         self._firmware = firmware
@@ -96,12 +107,8 @@ class Reconnector:
                 self.lost = error
                 return
             self.reconnects += 1
-            old = self.link
             try:
-                self.link = await self._reconnect()
-                self._frames += old.frames_sent
-                self.link.events = old.events  # the listeners hear the new link
-                await self._check_same_robot()
+                await self._until_stopped(self._open_once)
             except LinkLostError as again:
                 error = again
             except ConnectionFailedError as again:
@@ -112,8 +119,19 @@ class Reconnector:
             except SpheroProbeError as again:
                 self.lost = LinkLostError(f"the robot did not come back: {again}", again.hint)
             else:
+                if self.is_stopped:
+                    self.lost = self.lost or error
                 return
-            await asyncio.sleep(PAUSES[failures % len(PAUSES)])
+            await self.pause(PAUSES[failures % len(PAUSES)])
+
+    async def _open_once(self) -> None:
+        if self._reconnect is None:
+            return
+        old = self.link
+        self.link = await self._reconnect()
+        self._frames += old.frames_sent
+        self.link.events = old.events  # the listeners hear the new link
+        await self._check_same_robot()
 
     async def _check_same_robot(self) -> None:
         """Compare the firmware; a robot that does not answer yet may be booting and gets some time.

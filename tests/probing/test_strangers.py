@@ -31,6 +31,8 @@ from tests.support.strangers.habits import STRANGERS, Expect, Stranger
 from tests.support.strangers.judge import errors, judge
 from tests.support.strangers.robot import Executed, Robot
 from tests.support.strangers.runs import KINDS, Ran, run, triple_of
+from tests.support.strangers.shown import check_shown_and_kept
+from tests.support.strangers.transport import TooManyWritesError
 
 UNMEASURED = pytest.mark.unmeasured
 """The controls go through all the code there is for robots without a habit; the others take long."""
@@ -53,24 +55,65 @@ def test_the_family_is_large_and_each_has_a_name_and_a_habit() -> None:
     assert all(stranger.habit for stranger in STRANGERS)
 
 
+_JUNK = st.tuples(st.binary(max_size=24), st.integers(0, 12), st.integers(0, 12))
+
+
 @UNMEASURED
 @settings(max_examples=25)
-@given(junk=st.lists(st.tuples(st.binary(max_size=24), st.integers(0, 12), st.integers(0, 12)), min_size=1))
-def test_no_bytes_that_a_robot_may_say_break_a_run(junk: list[tuple[bytes, int, int]]) -> None:
-    """Every third answer, once the robot is known, has a part replaced by anything."""
+@given(
+    junk=st.lists(_JUNK, min_size=1), begins=st.sampled_from([0, 2, 10, 40]), every=st.sampled_from([1, 3, 7])
+)
+def test_no_bytes_that_a_robot_may_say_break_a_run(
+    junk: list[tuple[bytes, int, int]], begins: int, every: int
+) -> None:
+    """From some moment on, every so many answers have a part replaced by anything."""
 
     def pieces(frame: bytes, moment: Moment) -> list[bytes]:
-        if moment.number < 40 or moment.number % 3:
+        if moment.number < begins or moment.number % every:
             return [frame]
         said, begin, end = junk[moment.number % len(junk)]
-        return [frame[:begin] + said + frame[begin + end :]]
+        spoilt = frame[:begin] + said + frame[begin + end :]
+        return [spoilt] if spoilt else []
 
-    spoilt = Stranger(
-        name="junk", habit="", firmware=Firmware(rows=R2), model="r2d2", voice=Voice(pieces=pieces), few=True
-    )
-    ran = run(spoilt, "sweep")
+    ran = run(_junk(Voice(pieces=pieces)), "sweep")
     assert not list(errors(ran))
+    assert not isinstance(ran.error, TimeoutError | TooManyWritesError)
     assert not any(done.unallowed for done in ran.robot.ledger)
+    check_shown_and_kept(ran)
+
+
+_LIE = st.tuples(
+    st.integers(0, 255),
+    st.sampled_from([0, 5, 2, 1, 9, 10]) | st.integers(0, 255),
+    st.binary(max_size=40) | st.integers(2030, 2060).map(bytes),
+    st.sampled_from([None, 0x01, 0x11, 0xFF]),
+)
+
+
+@UNMEASURED
+@settings(max_examples=25)
+@given(lies=st.lists(_LIE, min_size=1), begins=st.sampled_from([0, 2, 10, 40]), every=st.sampled_from([1, 3]))
+def test_no_sound_answer_with_any_content_breaks_a_run(
+    lies: list[tuple[int, int, bytes, int | None]], begins: int, every: int
+) -> None:
+    """Checksums are right, and flags, code, data and source are anything."""
+
+    def alter(answer: Answer, moment: Moment) -> Answer:
+        if moment.number < begins or moment.number % every:
+            return answer
+        flags, code, data, source = lies[moment.number % len(lies)]
+        flags = answer.flags if flags < 128 else flags & ~0x30 | answer.flags & 0x30
+        sid = source if source is not None and answer.sid is not None else answer.sid
+        return answer._replace(flags=flags, code=code, data=data, sid=sid)
+
+    ran = run(_junk(Voice(alter=alter)), "sweep")
+    assert not list(errors(ran))
+    assert not isinstance(ran.error, TimeoutError | TooManyWritesError)
+    check_shown_and_kept(ran)
+
+
+def _junk(voice: Voice) -> Stranger:
+    return Stranger(name="junk", habit="", firmware=Firmware(rows=R2), model="r2d2", voice=voice, few=True)
 
 
 # --- the robot is its own ----------------------------------------------------------------------------------

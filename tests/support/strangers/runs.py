@@ -67,8 +67,14 @@ class Ran:
         return {"hidden": [], "ghost": [], "unknown": []}
 
 
-def run(stranger: Stranger, kind: str) -> Ran:
-    """Sweep a stranger, or discover it, on the virtual clock, within bounds."""
+def run(stranger: Stranger, kind: str, *, stop_at: float | None = None) -> Ran:
+    """Sweep a stranger, or discover it, on the virtual clock, within bounds.
+
+    Args:
+        stranger: on whom.
+        kind: ``sweep`` or ``discovery``.
+        stop_at: seconds after which the run is told to end, None to let it go on.
+    """
     robot = Robot(stranger.firmware, stranger.voice)
     ran = Ran(kind, stranger, robot)
     generation = Generation.V1 if stranger.firmware.older else Generation.V2
@@ -90,6 +96,8 @@ def run(stranger: Stranger, kind: str) -> Ran:
 
             plan = _plan(stranger, kind, generation, target, cids)
             engine = Engine(plan, await connect(), "Stranger", target, reconnect=connect)
+            if stop_at is not None:
+                loop.call_at(stop_at, engine.stop.set)
             try:
                 async with asyncio.timeout(LONGEST), aclosing(engine.records()) as records:  # type: ignore[type-var]
                     async for record in records:
