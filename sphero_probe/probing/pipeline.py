@@ -11,6 +11,7 @@ ends wrong-length probing of its node.
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
@@ -21,12 +22,14 @@ from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
 from sphero_probe.probing.dropped import DroppedProbes
 from sphero_probe.probing.executions import Executions
+from sphero_probe.probing.finding import Note
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
 from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
 from sphero_probe.probing.near_misses import NearMisses
+from sphero_probe.probing.notes import hung_note
 from sphero_probe.probing.prober import Prober
-from sphero_probe.probing.recovery import recover
+from sphero_probe.probing.recovery import recover, still_healthy
 from sphero_probe.probing.retries import (
     DEAD,
     LOST,
@@ -40,7 +43,8 @@ from sphero_probe.probing.retries import (
     silence,
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
-from sphero_probe.protocol.packets import Malformed
+from sphero_probe.protocol.address import Address
+from sphero_probe.protocol.packets import Command, Malformed
 from sphero_probe.session.reconnect import Reconnector
 
 if TYPE_CHECKING:
@@ -65,20 +69,28 @@ class Pipeline:
     """
 
     def __init__(
-        self, prober: Prober, line: Reconnector, stop: asyncio.Event, executions: Executions
+        self,
+        prober: Prober,
+        line: Reconnector,
+        stop: asyncio.Event,
+        executions: Executions,
+        on_note: Callable[[Note], None],
     ) -> None:
+        """Take whom to ask, and who is told which node was given up."""
         self.line = line
         self.health = HealthCheck(prober)
         self.unanswered: dict[int, SilentProbe] = {}
         self.loss = LossEstimate()
         self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
+        self._on_note = on_note
         self.executions = executions
         self._prober = prober
         self._stop = stop
         self._confirmations = Confirmations()
         self._scheduler = Scheduler(prober, self.health, self._confirmations, self._confirm)
         self.dead: set[int | None] = set()
-        self._wrong: set[int | None] = set()
+        self._wrong: dict[int | None, int] = {}
+        self._healthy_at: dict[int | None, datetime] = {}
         self._broken: LinkLostError | None = None
         self._dropped = DroppedProbes(line, prober)
         self._voided: Counter[int] = Counter()
@@ -101,7 +113,8 @@ class Pipeline:
             elif probe.command.target in self.dead:
                 self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
             else:
-                await self._learn_health(probe.command.target)
+                if self._is_there(probe.command):
+                    await self._learn_health(probe.command.target)
                 self._scheduler.todo.append(probe)
         await self._work(lambda: not self._scheduler.todo)
         return self._take()
@@ -159,6 +172,13 @@ class Pipeline:
         taken, self._settled = self._settled, []
         return taken
 
+    def _is_there(self, command: Command) -> bool:
+        """Whether a node is known to be there: the model has it, or more than an echo is sent to it."""
+        robot, target = self._prober.link.policy.robot, command.target
+        if robot is None or target is None or not self.health.is_echo(command):
+            return True
+        return Address.from_byte(target).node in robot.nodes
+
     async def _learn_health(self, target: int | None) -> None:
         """Learn how a node answers a health check, before the first probe is sent to it."""
         if self.health.knows(target):
@@ -166,6 +186,7 @@ class Pipeline:
 
         async def learn() -> None:
             await self.health.passes(target)
+            self._healthy_at[target] = datetime.now(UTC)
 
         await self._work(lambda: self._scheduler.is_idle)
         await self.line.with_reconnect(learn)
@@ -229,16 +250,18 @@ class Pipeline:
         self._confirm(self._confirmations.silence(probe, stamp))
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
-        if not self._confirmations.needs(question.check):
+        target = question.command.target
+        if not self._confirmations.needs(question.check, target):
             return
         is_healthy = self.health.is_healthy(question.command, exchange)
         if is_healthy:
             self.loss.learn(question.attempt)
-            self._confirm(self._confirmations.passed(question.check))
+            self._healthy_at[target] = datetime.now(UTC)
+            self._confirm(self._confirmations.passed(question.check, target))
         elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
             self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
         else:
-            self._wrong.add(question.command.target)
+            self._wrong.setdefault(target, question.check)
 
     def _confirm(self, confirmed: Confirmed) -> None:
         self._settled += confirmed.answered
@@ -256,9 +279,18 @@ class Pipeline:
             self._scheduler.again.append(silent.probe._replace(is_last_try=is_last_try))
 
     async def _void(self) -> None:
-        """Send all probes again that no health check confirmed, once the nodes have recovered."""
-        wrong, self._wrong = self._wrong, set()
+        """Send all probes again that no health check confirmed, once their node has recovered.
+
+        The results of other nodes stand if they passed the check that one failed, and pass one now.
+        """
+        wrong, self._wrong = self._wrong, {}
         self._scheduler.questions.clear()
+        failed, others = min(wrong.values()), self._confirmations.nodes - wrong.keys()
+        sound = {target for target in others if self._confirmations.confirmed_to(target) >= failed}
+        sound = await still_healthy(self.line, self.health, sound)
+        for target in sound:
+            self._healthy_at[target] = datetime.now(UTC)
+        self._confirm(self._confirmations.clear(sound))
         void = self._confirmations.clear()
         for settled in void.answered:
             probe = settled.probe
@@ -273,7 +305,9 @@ class Pipeline:
             if silent := self.unanswered.get(probe.number):
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
-        self._give_up_nodes(await recover(self.line, self.health, wrong, lambda: self._over))
+        self._give_up_nodes(
+            await recover(self.line, self.health, wrong.keys() | others - sound, lambda: self._over)
+        )
 
     def _may_repeat(self, probe: PreparedProbe) -> bool:
         self._voided[probe.number] += 1
@@ -282,6 +316,9 @@ class Pipeline:
     def _give_up_nodes(self, nodes: set[int | None]) -> None:
         """Settle every probe of nodes that did not recover."""
         self.dead |= nodes
+        for target in nodes:
+            robot = self._prober.link.policy.robot
+            self._on_note(hung_note(target, self._healthy_at.get(target), robot))
         for queue in (self._scheduler.todo, self._scheduler.again):
             for probe in [probe for probe in queue if probe.command.target in nodes]:
                 queue.remove(probe)

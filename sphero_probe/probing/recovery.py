@@ -12,6 +12,28 @@ RECOVERY: Final = 20.0
 """Seconds after which a node that fails every health check is given up."""
 
 
+async def still_healthy(
+    line: Reconnector, health: HealthCheck, nodes: Collection[int | None]
+) -> set[int | None]:
+    """Return which nodes pass a health check at once, without being woken; none where the link drops.
+
+    Args:
+        line: to the robot.
+        health: of its nodes.
+        nodes: addresses of those to ask.
+    """
+    passed: set[int | None] = set()
+    before = line.reconnects
+
+    async def ask() -> None:
+        for target in sorted(nodes, key=str):
+            if health.has_questions(target) and await health.passes(target):
+                passed.add(target)
+
+    await line.with_reconnect(ask)
+    return passed if line.reconnects == before else set()
+
+
 async def recover(
     line: Reconnector, health: HealthCheck, nodes: Collection[int | None], is_over: Callable[[], bool]
 ) -> set[int | None]:

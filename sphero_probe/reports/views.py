@@ -96,7 +96,7 @@ _FIELDS: Final = Column("fields", "Fields", phrases.fields, Place.RECORD)
 
 _FINDING_RECORD: Final = (
     *_record("number"),
-    *_record("target", "did", "cid", show=hex_id),
+    *_record("target", "answered_by", "did", "cid", show=hex_id),
     *_record("name", "risk", "outcome", "confidence"),
     *_record("code", show=hex_id),
     *_record("code_name"),
@@ -115,7 +115,8 @@ FINDING: Final = View(
         *_FINDING_RECORD,
         _PAIR,
         _table("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
-        _table("Node", lambda data: hex_id(data.get("target"))),
+        _table("Node", phrases.node_asked),
+        _table("Answered by", phrases.answered_by),
         _table("Risk", lambda data: shown(data.get("risk"))),
         _table("Outcome", lambda data: phrases.remarked(shown(data.get("outcome")), data.get("note"))),
         _table("Answer", lambda data: phrases.outcome(data) if data.get("sent") else ""),
@@ -172,7 +173,7 @@ PACKETS: Final = View(
         _both("name"),
         _FIELDS,
         *_record("payload", "raw", show=spaced_hex),
-        *_record("reason", "note", "leds"),
+        *_record("reason", "note", "leds", "target_means", "source_means", "flags"),
         _table("Says", phrases.packet),
     ),
     "No packets.",
@@ -247,6 +248,35 @@ PLANNED: Final = View(
     "No probes.",
 )
 """What a run would send, and what it would block."""
+
+ADDRESSES: Final = View(
+    "address",
+    (
+        _both("address", "Address", hex_id, whole=True),
+        _both("use", "As the", whole=True),
+        *_record("port", "node"),
+        *_record("meaning"),
+        _table("Means", lambda data: shown(data.get("words"))),
+        *_record("words"),
+        _both("basis", "Evidence"),
+    ),
+    "No addresses.",
+)
+"""What an address byte stands for, place by place."""
+
+BYTES: Final = View(
+    "byte",
+    (
+        _both("packet", "#", right=True, whole=True),
+        _both("offset", "Offset", right=True, whole=True),
+        _both("raw", "Raw", spaced_hex, whole=True),
+        _both("field", "Field", whole=True),
+        _both("value", "Value", hex_id, whole=True),
+        _both("meaning", "Meaning"),
+    ),
+    "No packets.",
+)
+"""Packets byte by byte."""
 
 LEDS: Final = View(
     "led",
