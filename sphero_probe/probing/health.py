@@ -14,6 +14,7 @@ from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.policy import WRONG_LENGTH
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.profiles import GONE
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Verdict
 
 _NONCE_BYTES: Final = 4
@@ -90,6 +91,13 @@ class HealthCheck:
             if healthy is not None:
                 return healthy
         return False
+
+    def is_there(self, command: Command) -> bool:
+        """Whether a node is known to be there: the model has it, or more than an echo is sent to it."""
+        robot, target = self._prober.link.policy.robot, command.target
+        if robot is None or target is None or not self.is_echo(command):
+            return True
+        return Address.from_byte(target).node in robot.nodes
 
     def is_echo(self, question: Command) -> bool:
         """Whether a command is the echo that a check asks."""

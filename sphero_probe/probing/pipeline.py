@@ -11,7 +11,6 @@ ends wrong-length probing of its node.
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Iterable
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
@@ -27,9 +26,8 @@ from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
 from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
 from sphero_probe.probing.near_misses import NearMisses
-from sphero_probe.probing.notes import hung_note
 from sphero_probe.probing.prober import Prober
-from sphero_probe.probing.recovery import recover, still_healthy
+from sphero_probe.probing.recovery import HealthLog, recover, still_healthy
 from sphero_probe.probing.retries import (
     DEAD,
     LOST,
@@ -43,7 +41,6 @@ from sphero_probe.probing.retries import (
     silence,
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
-from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Malformed
 from sphero_probe.session.reconnect import Reconnector
 
@@ -76,7 +73,6 @@ class Pipeline:
         executions: Executions,
         on_note: Callable[[Note], None],
     ) -> None:
-        """Take whom to ask, and who is told which node was given up."""
         self.line = line
         self.health = HealthCheck(prober)
         self.unanswered: dict[int, SilentProbe] = {}
@@ -89,8 +85,7 @@ class Pipeline:
         self._confirmations = Confirmations()
         self._scheduler = Scheduler(prober, self.health, self._confirmations, self._confirm)
         self.dead: set[int | None] = set()
-        self._wrong: dict[int | None, int] = {}
-        self._healthy_at: dict[int | None, datetime] = {}
+        self._log = HealthLog()
         self._broken: LinkLostError | None = None
         self._dropped = DroppedProbes(line, prober)
         self._voided: Counter[int] = Counter()
@@ -113,8 +108,7 @@ class Pipeline:
             elif probe.command.target in self.dead:
                 self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
             else:
-                if self._is_there(probe.command):
-                    await self._learn_health(probe.command.target)
+                await self._learn_health(probe.command)
                 self._scheduler.todo.append(probe)
         await self._work(lambda: not self._scheduler.todo)
         return self._take()
@@ -172,21 +166,15 @@ class Pipeline:
         taken, self._settled = self._settled, []
         return taken
 
-    def _is_there(self, command: Command) -> bool:
-        """Whether a node is known to be there: the model has it, or more than an echo is sent to it."""
-        robot, target = self._prober.link.policy.robot, command.target
-        if robot is None or target is None or not self.health.is_echo(command):
-            return True
-        return Address.from_byte(target).node in robot.nodes
-
-    async def _learn_health(self, target: int | None) -> None:
+    async def _learn_health(self, command: Command) -> None:
         """Learn how a node answers a health check, before the first probe is sent to it."""
-        if self.health.knows(target):
+        target = command.target
+        if self.health.knows(target) or not self.health.is_there(command):
             return
 
         async def learn() -> None:
             await self.health.passes(target)
-            self._healthy_at[target] = datetime.now(UTC)
+            self._log.passed(target)
 
         await self._work(lambda: self._scheduler.is_idle)
         await self.line.with_reconnect(learn)
@@ -199,11 +187,11 @@ class Pipeline:
             if is_done():
                 return
             self._hear(await in_flight_probes.wait_any())
-            if self._wrong or self._broken:
+            if self._log or self._broken:
                 self._hear(await in_flight_probes.wait_all())
             if self._broken:
                 await self._reconnect(self._broken)
-            if self._wrong:
+            if self._log:
                 await self._void()
         self._hear(await in_flight_probes.wait_all())
         for probe in self._dropped.take():
@@ -256,12 +244,12 @@ class Pipeline:
         is_healthy = self.health.is_healthy(question.command, exchange)
         if is_healthy:
             self.loss.learn(question.attempt)
-            self._healthy_at[target] = datetime.now(UTC)
+            self._log.passed(target)
             self._confirm(self._confirmations.passed(question.check, target))
         elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
             self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
         else:
-            self._wrong.setdefault(target, question.check)
+            self._log.failed(target, question.check)
 
     def _confirm(self, confirmed: Confirmed) -> None:
         self._settled += confirmed.answered
@@ -283,13 +271,12 @@ class Pipeline:
 
         The results of other nodes stand if they passed the check that one failed, and pass one now.
         """
-        wrong, self._wrong = self._wrong, {}
+        wrong = self._log.take_failed()
         self._scheduler.questions.clear()
         failed, others = min(wrong.values()), self._confirmations.nodes - wrong.keys()
-        sound = {target for target in others if self._confirmations.confirmed_to(target) >= failed}
-        sound = await still_healthy(self.line, self.health, sound)
-        for target in sound:
-            self._healthy_at[target] = datetime.now(UTC)
+        passed = {target for target in others if self._confirmations.confirmed_to(target) >= failed}
+        sound = await still_healthy(self.line, self.health, passed)
+        self._log.passed(*sound)
         self._confirm(self._confirmations.clear(sound))
         void = self._confirmations.clear()
         for settled in void.answered:
@@ -305,9 +292,8 @@ class Pipeline:
             if silent := self.unanswered.get(probe.number):
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
-        self._give_up_nodes(
-            await recover(self.line, self.health, wrong.keys() | others - sound, lambda: self._over)
-        )
+        void_nodes = wrong.keys() | others - sound
+        self._give_up_nodes(await recover(self.line, self.health, void_nodes, lambda: self._over))
 
     def _may_repeat(self, probe: PreparedProbe) -> bool:
         self._voided[probe.number] += 1
@@ -317,8 +303,7 @@ class Pipeline:
         """Settle every probe of nodes that did not recover."""
         self.dead |= nodes
         for target in nodes:
-            robot = self._prober.link.policy.robot
-            self._on_note(hung_note(target, self._healthy_at.get(target), robot))
+            self._on_note(self._log.hung(target, self._prober.link.policy.robot))
         for queue in (self._scheduler.todo, self._scheduler.again):
             for probe in [probe for probe in queue if probe.command.target in nodes]:
                 queue.remove(probe)

@@ -194,7 +194,7 @@ def test_a_foreign_source_is_told_and_can_be_tolerated(cli: Cli, monkeypatch: py
     sweep = (*what, "--format", "jsonl")
     refused = cli(*sweep)
     assert refused.code == 4
-    assert "answers come from node 5, node 1 was asked" in refused.err
+    assert "answers come from node 5, but node 1 was asked" in refused.err
     assert "--tolerate source" in refused.err
     ran = cli(*sweep, "--tolerate", "source", "--tolerate", "seq")
     assert ran.code == 0, ran.err

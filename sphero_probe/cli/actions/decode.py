@@ -19,8 +19,9 @@ from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
+from sphero_probe.reports.packet_views import BYTES
 from sphero_probe.reports.rows import byte_row, packet_row
-from sphero_probe.reports.views import BYTES, PACKETS
+from sphero_probe.reports.views import PACKETS
 
 _TABLE_ROOM: Final = 1 << 17
 """Bytes of packets that fit into a table, which is held in memory."""

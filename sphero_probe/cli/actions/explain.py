@@ -7,8 +7,9 @@ from sphero_probe.cli.output import show
 from sphero_probe.cli.values import Output
 from sphero_probe.errors import UsageError
 from sphero_probe.protocol.packets import Generation
+from sphero_probe.reports.packet_views import ADDRESSES
 from sphero_probe.reports.rows import address_row, code_row, command_row
-from sphero_probe.reports.views import ADDRESSES, CODES, COMMAND
+from sphero_probe.reports.views import CODES, COMMAND
 
 
 def explain_address(output: Output, address: str, model: str | None) -> None:
