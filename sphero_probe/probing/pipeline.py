@@ -79,8 +79,7 @@ class Pipeline:
         self.loss = LossEstimate()
         self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
         self._on_note = on_note
-        self.executions = executions
-        self._prober = prober
+        self.executions, self._prober = executions, prober
         self._stop = stop
         self._confirmations = Confirmations()
         self._scheduler = Scheduler(prober, self.health, self._confirmations, self._confirm)

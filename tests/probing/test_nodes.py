@@ -45,7 +45,14 @@ def random_address(random: Random) -> str:
         "split": random.choice([1, 20]),
         "busy": random.choice(["0", "0.05"]),
     }
-    return f"{random.choice(ADDRESSED)}?" + "&".join(f"{key}={value}" for key, value in keys.items())
+    model = random.choice(ADDRESSED)
+    if len(ROBOTS[model].nodes) > 1 and random.random() < 0.4:
+        keys["unavailable"] = 2
+    if random.random() < 0.5:
+        keys["bad_target_from"] = 1
+    if model.startswith("rvr"):
+        keys["line"] = random.choice(["ble", "uart"])
+    return f"{model}?" + "&".join(f"{key}={value}" for key, value in keys.items())
 
 
 @pytest.mark.unmeasured
@@ -59,14 +66,19 @@ def test_it_names_the_truth_of_random_robots(batch: int) -> None:
         truth = robot.truth()
         model = robot.model
         assert system.addressing == STYLES[model.answer_style], address
-        assert (system.client == 0x11) == (model.answer_style is AnswerStyle.SWAPPED), address
+        uart, away = "line=uart" in address, {2} if "unavailable=2" in address else set()
+        assert system.line == ("UART" if uart else "BLE")
+        swapped = model.answer_style is AnswerStyle.SWAPPED
+        assert system.client == ((0x21 if uart else 0x11) if swapped else None), address
         targets = [one.target for one in system.nodes]
-        assert len(set(targets)) == len(targets) == 2 * 15 + 2 + 1
+        assert len(set(targets)) == len(targets) == (17 if uart else 33)
         assert any(one.served for one in system.nodes), address
         for one in system.nodes:
             node = 0 if one.target is None else Address.from_byte(one.target).node
-            there = node == 0 or node in model.nodes
-            assert one.state is (NodeState.ANSWERS if there else NodeState.ABSENT), (address, one)
+            there = NodeState.ANSWERS if node == 0 or node in model.nodes else NodeState.ABSENT
+            assert one.state is (NodeState.UNAVAILABLE if node in away else there), (address, one)
+            if "bad_target_from=1" in address and one.state is NodeState.ABSENT:
+                assert one.answered_by in (1, None), (address, one)
             if one.claimed:
                 devices = {fact.did for fact in truth if fact.node == node}
                 assert set(one.devices) <= devices
@@ -74,7 +86,7 @@ def test_it_names_the_truth_of_random_robots(batch: int) -> None:
             for served in one.served:
                 if served.node is not None:
                     pair = (served.row.did, served.row.cid)
-                    nodes = [fact.node for fact in truth if (fact.did, fact.cid) == pair]
+                    nodes = {fact.node for fact in truth if (fact.did, fact.cid) == pair} - away
                     assert served.node == min(nodes), (address, served)
 
 
@@ -85,8 +97,8 @@ def test_a_robot_without_addresses_is_one_line(key: str) -> None:
     assert system.note.startswith(f"{ROBOTS[key].name} has no nodes to ask: ")
 
 
-def without_node_2(monkeypatch: pytest.MonkeyPatch, *, wakes: bool) -> None:
-    """Have node 1 answer 0x0A for node 2, where ``wakes`` until the second wake."""
+def without_node_2(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have node 1 answer 0x0A for node 2, until the second wake."""
     write = FakeTransport.write
     woken: list[Request] = []
 
@@ -96,19 +108,18 @@ def without_node_2(monkeypatch: pytest.MonkeyPatch, *, wakes: bool) -> None:
         if command[:2] == (0x13, 0x0D):
             woken.append(request)
         away = command.target is not None and Address.from_byte(command.target).node == 2
-        if not away or (wakes and len(woken) > 1):
+        if not away or len(woken) > 1:
             await write(line, data)
             return
         said = Response(request.seq, 0x0A, b"", command.did, command.cid, 0x01, 0x11, 0x08)
         line._ready.append(V2.encode_response(said))
-        line._stirred.set()
+        line._woken.set()
 
     monkeypatch.setattr(FakeTransport, "write", intercepted)
 
 
-def test_an_unavailable_node_stays_in_the_map(monkeypatch: pytest.MonkeyPatch) -> None:
-    without_node_2(monkeypatch, wakes=False)
-    nodes = {one.target: one for one in surveyed("rvr").nodes}
+def test_an_unavailable_node_stays_in_the_map() -> None:
+    nodes = {one.target: one for one in surveyed("rvr?unavailable=2").nodes}
     assert nodes[0x12].state is NodeState.UNAVAILABLE
     assert (nodes[0x12].code, nodes[0x12].answered_by) == (0x0A, 0x01)
     assert nodes[0x12].devices == (0x10, 0x11, 0x16, 0x18)  # the RVR's ST, by the catalogue
@@ -117,17 +128,15 @@ def test_an_unavailable_node_stays_in_the_map(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_node_that_is_woken_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    without_node_2(monkeypatch, wakes=True)
+    without_node_2(monkeypatch)
     nodes = {one.target: one for one in surveyed("rvr").nodes}
     assert nodes[0x12].state is NodeState.ANSWERS
 
 
 @pytest.mark.unmeasured
-def test_discover_lists_what_an_unavailable_node_was_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    without_node_2(monkeypatch, wakes=False)
-
+def test_discover_lists_what_an_unavailable_node_was_not_asked() -> None:
     async def work() -> list[object]:
-        async with open_session("fake:rvr", Consent()) as session:
+        async with open_session("fake:rvr?unavailable=2", Consent()) as session:
             plan = discovery(Generation.V2, 0x11, dids=[0x13])
             engine = Engine(plan, session.link, "RV", 0x11, reconnect=session.reconnect)
             return [record async for record in engine.records()]
