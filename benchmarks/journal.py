@@ -147,7 +147,7 @@ def _plain_json(probes: list[_Kept]) -> None:
 
 
 def _about(command: Command) -> dict[str, object]:
-    did, cid, payload, target = command
+    did, cid, payload, target, _ = command
     return {"target": target, "did": did, "cid": cid, "payload": payload.hex()}
 
 

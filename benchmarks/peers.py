@@ -109,7 +109,7 @@ def _spherov2_second(name: str) -> Peer:
 
     def encode(commands: list[Command]) -> list[bytes]:
         new_packet = packet.Manager().new_packet
-        return [new_packet(did, cid, target, payload).build() for did, cid, payload, target in commands]
+        return [new_packet(did, cid, target, payload).build() for did, cid, payload, target, _ in commands]
 
     def facts(its: Any) -> tuple[object, ...]:
         code = its.err if its.flags & 0x01 else None
@@ -155,7 +155,7 @@ def _rvr_mcp(name: str) -> Peer:
         return reader._process_data, tuple  # noqa: SLF001 - the only entry point without a thread
 
     def encode(commands: Iterable[Command]) -> list[bytes]:
-        return [build_packet(did, cid, target, payload, True) for did, cid, payload, target in commands]
+        return [build_packet(did, cid, target, payload, True) for did, cid, payload, target, _ in commands]
 
     def facts(its: Any) -> tuple[object, ...]:
         return (its.did, its.cid, its.seq, its.data)

@@ -180,6 +180,7 @@ def connect(
     timeout: float | None = None,
     connect_timeout: float = 10.0,
     adapter: str = "",
+    tolerate: Iterable[str] = (),
 ) -> SyncRobot:
     """Connect to a robot and return it; the arguments and errors are those of ``sphero_probe.connect``.
 
@@ -187,7 +188,12 @@ def connect(
     disconnects.
     """
     opened = connecting.connect(
-        device, consent=consent, timeout=timeout, connect_timeout=connect_timeout, adapter=adapter
+        device,
+        consent=consent,
+        timeout=timeout,
+        connect_timeout=connect_timeout,
+        adapter=adapter,
+        tolerate=tolerate,
     )
     with ExitStack() as stack:
         portal = Portal(stack.enter_context(BackgroundLoop()))

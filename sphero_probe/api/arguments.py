@@ -43,10 +43,11 @@ def command_of(
             ids = (what, cid)
     for one, word in zip(ids, ("DID", "CID"), strict=True):
         byte(str(one), word)
-    return complete_command(
+    command = complete_command(
         *(ids, payload, connection.robot, connection.port, node_text(target)),
         generation=connection.generation,
     )
+    return command._replace(options=what.options) if isinstance(what, Command) else command
 
 
 def ids_of(ids: Ids, generation: Generation, *, devices: bool) -> tuple[int, ...]:

@@ -11,6 +11,7 @@ from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.policy import Consent
+from sphero_probe.link.tracker import TOLERANCES
 from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.session.session import Session, open_session
 from sphero_probe.transports.base import OpenOptions, Seen
@@ -25,6 +26,7 @@ async def connect(
     timeout: float | None = None,
     connect_timeout: float = 10.0,
     adapter: str = "",
+    tolerate: Iterable[str] = (),
 ) -> AsyncIterator[ConnectedRobot]:
     """Connect to a robot; leaving the block stops its motors, where they were allowed, and disconnects.
 
@@ -36,6 +38,8 @@ async def connect(
         timeout: seconds until a command counts as silent; None measures a suitable value.
         connect_timeout: seconds for scanning, and again for each step of connecting.
         adapter: the Bluetooth adapter, ``"hci1"``; empty for the system's choice.
+        tolerate: in what an answer may differ and still count: ``"source"`` (it names another node),
+            ``"seq"`` (another sequence number), ``"flags"`` (it lacks the response flag).
 
     Raises:
         UsageError: the address or a risk class makes no sense.
@@ -45,7 +49,9 @@ async def connect(
     """
     options = OpenOptions(connect_timeout, adapter)
     async with (
-        open_session(device, consent_of(consent), options, timeout=timeout) as session,
+        open_session(
+            device, consent_of(consent), options, timeout=timeout, tolerate=tolerances_of(tolerate)
+        ) as session,
         connected(session) as robot,
     ):
         yield robot
@@ -74,6 +80,16 @@ def consent_of(allowed: Consent | Iterable[str]) -> Consent:
         return allowed
     words = [allowed] if isinstance(allowed, str) else list(allowed)
     return Consent.of(choose(word, (risk.word for risk in Risk), "risk class") for word in words)
+
+
+def tolerances_of(words: Iterable[str]) -> tuple[str, ...]:
+    """Return the tolerances that were named.
+
+    Raises:
+        UsageError: there is none of that name.
+    """
+    named = [words] if isinstance(words, str) else words
+    return tuple(choose(word, TOLERANCES, "tolerance") for word in named)
 
 
 async def scan(timeout: float = 5.0, *, adapter: str = "", everything: bool = False) -> list[Seen]:

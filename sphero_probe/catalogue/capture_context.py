@@ -54,5 +54,5 @@ def _as_request(packet: Notification, did: int) -> Request:
 
 
 def _as_notification(packet: Request) -> Notification:
-    did, cid, payload, target = packet.command
+    did, cid, payload, target, _ = packet.command
     return Notification(did, cid, payload, packet.source, target, packet.seq, packet.flags)

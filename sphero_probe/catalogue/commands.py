@@ -127,6 +127,14 @@ def commands_of(robot: Robot) -> tuple[CommandRow, ...]:
     return tuple(row for row in all_rows(robot.generation) if robot.key in row.nodes)
 
 
+def devices_of(robot: Robot | None, node: int) -> tuple[int, ...]:
+    """Return the device ids that a robot's node is known to serve, in rising order; none where unknown."""
+    if robot is None:
+        return ()
+    rows = (row for row in commands_of(robot) if row.kind is Kind.COMMAND)
+    return tuple(sorted({row.did for row in rows if node in row.nodes.get(robot.key, ())}))
+
+
 def _as_understood(rows: tuple[CommandRow, ...], robot: Robot | None) -> CommandRow | None:
     named = [row for row in rows if robot is not None and robot.key in row.nodes]
     return max(named or rows, key=lambda row: row.risk, default=None)

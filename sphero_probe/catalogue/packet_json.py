@@ -1,7 +1,8 @@
 """One packet as JSON: the keys that ``decode``, ``listen``, the notes of a run and every report share."""
 
-from typing import assert_never
+from typing import Final, assert_never
 
+from sphero_probe.catalogue.addresses import Use, address_meaning
 from sphero_probe.catalogue.leds import leds_set
 from sphero_probe.catalogue.meaning import packet_meaning
 from sphero_probe.catalogue.model import Robot
@@ -16,6 +17,9 @@ from sphero_probe.protocol.packets import (
     Request,
     Response,
 )
+
+_COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
+_ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
 
 
 def packet_json(
@@ -32,6 +36,8 @@ def packet_json(
     - ``did``, ``cid``, ``seq``: integers; a V1 notification has its async id in ``cid`` and no ``did``
     - ``code``, ``code_name``: the code of a response, as an integer and by its documented name
     - ``target``, ``source``: address bytes, as integers
+    - ``target_means``, ``source_means``: the same in words
+    - ``flags``: the names of those that are set; in V1, the options of a command
     - ``name``: the name in the catalogue
     - ``fields``, ``units``: the decoded payload, by the catalogue's layout or, for a sensor stream, by the
       masks or the services that were set
@@ -67,10 +73,15 @@ def packet_json(
             keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
         case _:
             assert_never(packet)
+    uses = _COMMAND_USES if isinstance(packet, Request) else _ANSWER_USES
+    names = CODECS[generation].flag_names(packet)
     known, decoded = packet_meaning(packet, generation, robot, streams)
     keys |= {
         "target": target,
         "source": source,
+        "target_means": None if target is None else address_meaning(target, uses[0], robot).words,
+        "source_means": None if source is None else address_meaning(source, uses[1], robot).words,
+        "flags": None if names is None else list(names),
         "name": known.name if known else None,
         "fields": decoded.fields if decoded else None,
         "units": decoded.units or None if decoded else None,

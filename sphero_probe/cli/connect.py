@@ -27,4 +27,4 @@ def connect(
             say(f"{monotonic() - began:7.3f} s  {step}")
 
     opening = OpenOptions(options.connect_timeout, options.adapter, on_step)
-    return open_session(options.device, consent, opening, timeout=timeout)
+    return open_session(options.device, consent, opening, timeout=timeout, tolerate=options.tolerate)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 COMMANDS: Final[dict[str, str]] = {
     "scan": "List the robots nearby.",
     "info": "Ask a robot about itself: firmware, battery, addresses.",
+    "nodes": "Find the nodes of a robot, and what each serves.",
     "sweep": "Probe ranges of commands, or a plan, and report what exists.",
     "discover": "Map a whole robot: its nodes, its devices, every command.",
     "send": "Send one command and show the answer.",

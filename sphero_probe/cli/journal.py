@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from sphero_probe.cli.messages import say, warn
-from sphero_probe.cli.values import JournalOptions
+from sphero_probe.cli.values import ConnectOptions, JournalOptions
 from sphero_probe.errors import (
     IncompleteError,
     InterruptedRunError,
@@ -27,17 +27,17 @@ def run_journal(command: str, options: JournalOptions) -> RunJournal:
 
 
 @contextmanager
-def resume_hint(journal: RunJournal, device: str, consent: Consent) -> Iterator[None]:
+def resume_hint(journal: RunJournal, connecting: ConnectOptions, consent: Consent) -> Iterator[None]:
     """Print the command line that resumes the run, if it ends early.
 
     Args:
         journal: of the run.
-        device: the robot's address as it was given, empty for none.
+        connecting: which robot, and how its answers may differ.
         consent: what was allowed.
     """
 
     def hint() -> str:
-        command = journal.resume_command(device, consent)
+        command = journal.resume_command(connecting.device, consent, connecting.tolerate)
         return f"resume: {command}" if command else ""
 
     try:

@@ -9,6 +9,7 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
+from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
@@ -22,6 +23,7 @@ from sphero_probe.errors import (
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.failures import check
 from sphero_probe.probing.finding import Finding, Summary
+from sphero_probe.probing.notes import tolerance_notes
 from sphero_probe.probing.oneshot import heading_of, send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.protocol.packets import Command
@@ -112,6 +114,9 @@ async def _ask_each(
     finally:
         with suppress(LinkLostError):
             await stop_motors(link, commands[0].target)
+    for note in tolerance_notes(session.link.tolerated):
+        journal.record(note)
+        say(f"note: {note.text}")
     counts = dict(Counter(finding.outcome for finding in found))
     complete = len(found) == len(commands)
     sent = sum(finding.attempts > 0 for finding in found)

@@ -15,8 +15,10 @@ from sphero_probe.cli.values import (
     FORMATS,
     RISKS,
     SUFFIXES,
+    TOLERANCES,
     AskOptions,
     ConnectOptions,
+    FlagOptions,
     JournalOptions,
     Output,
 )
@@ -77,7 +79,7 @@ def seconds_option(
 
 
 def device_options(function: Function, *, unnamed: str = "the only robot nearby") -> Function:
-    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``; it gets ``connecting``.
+    """Give a command ``--device`` and what says how to connect; it gets ``connecting``.
 
     Args:
         function: the command.
@@ -108,6 +110,13 @@ def device_options(function: Function, *, unnamed: str = "the only robot nearby"
         ),
         click.option(
             "-v", "--verbose", "connecting_verbose", is_flag=True, help="Show each step of connecting."
+        ),
+        click.option(
+            "--tolerate",
+            "connecting_tolerate",
+            multiple=True,
+            type=click.Choice(TOLERANCES),
+            help="Accept answers that name another node, another number, or lack the response flag.",
         ),
     )
 
@@ -154,6 +163,28 @@ def asking_options(function: Function) -> Function:
         *_consent(),
         click.option(
             "--dry-run", "asking_dry_run", is_flag=True, help="Print the exact bytes; send nothing."
+        ),
+    )
+
+
+def flag_options(function: Function) -> Function:
+    """Give a command ``--no-answer``, ``--only-errors``, ``--no-activity`` and ``--source``: ``flags``."""
+    return _gather(
+        function,
+        "flags",
+        FlagOptions,
+        click.option("--no-answer", "flags_no_answer", is_flag=True, help="Ask for no answer."),
+        click.option(
+            "--only-errors", "flags_only_errors", is_flag=True, help="Ask for an answer on error only (V2)."
+        ),
+        click.option(
+            "--no-activity", "flags_no_activity", is_flag=True, help="Do not reset the robot's sleep timer."
+        ),
+        click.option(
+            "--source",
+            "flags_source",
+            metavar="ADDRESS",
+            help="The address of the sender, 0x01, or none (V2).  [default: 0x01 beside a target]",
         ),
     )
 

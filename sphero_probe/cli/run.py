@@ -68,7 +68,7 @@ def run_plan(
                     with suppress(LinkLostError):
                         await stop_motors(session.link, run.target)
 
-    with resume_hint(journal, connecting.device, consent):
+    with resume_hint(journal, connecting, consent):
         run_interruptible(interrupts, work())
         if not complete:
             raise IncompleteError(ending.message())

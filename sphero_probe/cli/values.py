@@ -13,6 +13,8 @@ RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
 FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
 """The names of the formats: a copy of the reports', for the same reason."""
+TOLERANCES: Final = ("source", "seq", "flags")
+"""In what answers may differ; a copy of the link's, likewise."""
 COLOURS: Final = ("auto", "always", "never")
 SUFFIXES: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
 """Suffix of an output file -> its format."""
@@ -26,12 +28,14 @@ class ConnectOptions(NamedTuple):
         adapter: the Bluetooth adapter, empty for the usual one.
         connect_timeout: seconds for scanning, and for each step of connecting.
         verbose: print each step of connecting.
+        tolerate: in what an answer may differ from what it should be and still count.
     """
 
     device: str = ""
     adapter: str = ""
     connect_timeout: float = 10.0
     verbose: bool = False
+    tolerate: tuple[str, ...] = ()
 
 
 class AskOptions(NamedTuple):
@@ -50,6 +54,22 @@ class AskOptions(NamedTuple):
     allow: tuple[str, ...] = ()
     confirm: str = ""
     dry_run: bool = False
+
+
+class FlagOptions(NamedTuple):
+    """With which flags and source address a command is sent.
+
+    Attributes:
+        no_answer: ask for no response.
+        only_errors: ask for a response on error only.
+        no_activity: leave the robot's sleep timer as it is.
+        source: the source address as it was typed, ``none`` for none, None for the usual one.
+    """
+
+    no_answer: bool = False
+    only_errors: bool = False
+    no_activity: bool = False
+    source: str | None = None
 
 
 class JournalOptions(NamedTuple):

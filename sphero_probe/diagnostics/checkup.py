@@ -1,6 +1,6 @@
 """Runs all checks of ``doctor`` in order: software, Bluetooth, this machine, and a robot if one is named."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Collection
 
 from sphero_probe.diagnostics.bluetooth import check_bluetooth
 from sphero_probe.diagnostics.machine import SOFTWARE, SURROUNDINGS
@@ -24,11 +24,13 @@ class Checkup:
         device: str,
         options: OpenOptions,
         timeout: float,
+        tolerate: Collection[str] = (),
     ) -> None:
         self.looks: list[tuple[str, Look]] = []
         self._device = device
         self._options = options
         self._timeout = timeout
+        self._tolerate = tolerate
         self._does_without = bool(device) and address_of(device).scheme != "ble"
         self._reachable = self._does_without
 
@@ -69,7 +71,7 @@ class Checkup:
         if not self._reachable:
             skip_robot(self._tell, "Bluetooth is not usable")
             return
-        await check_robot(self._tell, self._device, self._options, self._timeout)
+        await check_robot(self._tell, self._device, self._options, self._timeout, self._tolerate)
 
 
 def _looked(check: Callable[[], Look]) -> Look:

@@ -1,7 +1,7 @@
 """Checks how a robot is reached, and how well it answers."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from time import monotonic
 from typing import Final
 
@@ -67,7 +67,9 @@ def skip_robot(tell: Tell, reason: str) -> None:
         tell(name, Look(State.SKIPPED, reason))
 
 
-async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: float) -> None:
+async def check_robot(
+    tell: Tell, device: str, options: OpenOptions, timeout: float, tolerate: Collection[str] = ()
+) -> None:
     """Connect to a robot and measure the link; problems are reported to ``tell``, not raised.
 
     Args:
@@ -75,6 +77,7 @@ async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: fl
         device: its address.
         options: how to connect.
         timeout: seconds until an echo counts as lost.
+        tolerate: in what an answer may differ and still count.
     """
     steps = Steps(options.on_step)
     options = options._replace(on_step=steps.begin)
@@ -89,7 +92,7 @@ async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: fl
             told(CONNECTION, _connection(connection, steps.told()))
             told(SERVICES, _services(connection))
             told(WRITES, _writes(connection))
-            await _converse(told, connection, min(timeout, FIRST_TIMEOUT))
+            await _converse(told, connection, min(timeout, FIRST_TIMEOUT), tolerate)
     except SpheroProbeError as error:
         if not waiting:
             return  # lost after the last check
@@ -107,7 +110,7 @@ async def check_robot(tell: Tell, device: str, options: OpenOptions, timeout: fl
             tell(name, Look(State.SKIPPED, reason))
 
 
-async def _converse(tell: Tell, connection: Connection, timeout: float) -> None:
+async def _converse(tell: Tell, connection: Connection, timeout: float, tolerate: Collection[str]) -> None:
     """Run the checks that need an open link.
 
     Raises:
@@ -116,7 +119,8 @@ async def _converse(tell: Tell, connection: Connection, timeout: float) -> None:
     robot = connection.robot
     policy = Policy(connection.generation, robot, Consent(), (connection.name,))
     target = usual_target(robot, connection.port)
-    async with Link(connection.transport, CODECS[connection.generation], policy, timeout=timeout) as link:
+    codec = CODECS[connection.generation]
+    async with Link(connection.transport, codec, policy, timeout=timeout, tolerate=tolerate) as link:
         await wake(link, target)
         trips = await measure_round_trips(link, target)
         tell(ROUND_TRIPS, _round_trips(trips, timeout))

@@ -1,7 +1,7 @@
 """Send commands to one robot and wait for their answers, as fast as each of its nodes takes them."""
 
 import asyncio
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Collection
 from math import inf
 from types import TracebackType
@@ -104,6 +104,11 @@ class Link:
         if self._reader:
             await asyncio.wait([self._reader])
         raise self._lost or LinkLostError("the link was closed")
+
+    @property
+    def tolerated(self) -> Counter[str]:
+        """How accepted answers differ from what they should be, in words -> how many did."""
+        return self._tracker.tolerated
 
     def pace(self, target: int | None) -> Pace:
         """Return the pace of the node at an address."""
@@ -294,6 +299,8 @@ class Link:
             overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
             by_pace = [seq for seq in overtaken if seq in self._in_flight and self._in_flight[seq].is_paced]
             self._tracker.shorten_deadlines(by_pace, deadline=now + pace.grace)
+        elif not event.command.options.wants_answer:
+            pace.forget(event.seq)
         else:
             expected = in_flight is not None and in_flight.queued.expected
             pace.silent(event.seq, event.waited, now=now, expected=expected)

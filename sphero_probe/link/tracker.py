@@ -1,6 +1,6 @@
 """Match answers to commands and keep their deadlines. It does no I/O; the caller passes bytes and times."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Collection, Iterable, Iterator
 from typing import Final, NamedTuple
 
@@ -56,12 +56,16 @@ class Tracker:
 
     A sequence number is not reused for a while, so that a late or repeated answer is never matched to another
     command. Where answers carry DID and CID, another command may use the number meanwhile.
+
+    Attributes:
+        tolerated: how answers that were accepted differ from what they should be, in words -> how many did.
     """
 
     def __init__(self, codec: Codec, tolerate: Collection[str] = ()) -> None:
         """Set the codec, and which of ``TOLERANCES`` apply to this robot."""
         self._codec = codec
         self._tolerate = frozenset(tolerate)
+        self.tolerated: Counter[str] = Counter()
         self._decoder = codec.decoder(Role.HOST)
         self._waiting: dict[int, _Waiting] = {}
         self._settled: dict[_Handle, _Settled] = {}
@@ -142,6 +146,7 @@ class Tracker:
             if isinstance(packet, Response):
                 yield self._match(packet, now)
             elif isinstance(packet, Notification) and (response := self._tolerated(packet)):
+                self.tolerated["they lack the flag of a response"] += 1
                 yield self._match(response, now)
             elif isinstance(packet, Notification | Malformed):
                 yield packet
@@ -150,11 +155,14 @@ class Tracker:
 
     def _match(self, response: Response, now: float) -> Answered | LateResponse:
         received = self._codec.frame_of(response)
+        named = response.seq
         if "seq" in self._tolerate:
             response = response._replace(seq=self._nearest_seq(response))
         waiting = self._waiting.get(response.seq)
         if waiting and self._fits(response, waiting.command):
             del self._waiting[response.seq]
+            if self._tolerate:
+                self._count_tolerated(response, named, waiting.command)
             answered = Answered(
                 waiting.command, response.seq, waiting.sent, response, received, now - waiting.at
             )
@@ -166,6 +174,14 @@ class Tracker:
             waited = exchange.rtt if isinstance(exchange, Answered) else exchange.waited
             return LateResponse(response, received, exchange, now - settled.at + waited)
         return LateResponse(response, received, None)
+
+    def _count_tolerated(self, response: Response, named: int, command: Command) -> None:
+        """Take in how an accepted answer differs from what it should be."""
+        if named != response.seq:
+            self.tolerated["they carry another sequence number"] += 1
+        if not self._is_from(response, command):
+            node = Address.from_byte(response.source or 0).node
+            self.tolerated[f"they come from node {node}"] += 1
 
     def _tolerated(self, packet: Notification) -> Response | None:
         """Return a notification as the response that it stands for if flags are tolerated, else None."""
@@ -219,7 +235,11 @@ class Tracker:
         """Compare DID, CID and node, as far as both sides carry them."""
         if (response.did, response.cid) not in ((None, None), (command.did, command.cid)):
             return False
-        if "source" in self._tolerate or response.source is None or command.target is None:
+        return "source" in self._tolerate or self._is_from(response, command)
+
+    def _is_from(self, response: Response, command: Command) -> bool:
+        """Whether an answer may come from the node that it names."""
+        if response.source is None or command.target is None:
             return True
         target = Address.from_byte(command.target)
         if target.is_wildcard:

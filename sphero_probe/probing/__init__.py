@@ -18,7 +18,11 @@ that is known to be absent. A robot serves its commands in order. So a check tha
 answers and the silences of everything that was sent before it (``confirmation``). A check that fails
 voids them: the robot slept, rebooted or changed its mode. Then the robot is woken (``recovery``) and
 the voided probes are sent again. A node that does not recover is given up, and its probes end as
-inconclusive.
+inconclusive. All of this goes node by node: what another node answered stands if it passed the check
+that the first one failed, and passes one again.
+
+*What a robot is made of.* ``nodes`` asks which nodes there are, outside any plan; ``system`` holds what
+it found.
 
 *When silence counts.* A silent probe is sent again until chance no longer explains its silence, given
 how much the link loses (``retries.LossEstimate``). Each silence counts only once a health check

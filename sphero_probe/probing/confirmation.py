@@ -1,9 +1,10 @@
 """Keep track of which results are confirmed by a passed health check.
 
-A robot serves its commands in order. So a health check that passes confirms everything that was sent before
-it.
+A node serves its commands in order. So a health check that a node passes confirms everything that was sent to
+it before. Each node stands for itself: one may hang while another answers.
 """
 
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from sphero_probe.probing.attempt import PreparedProbe
@@ -22,11 +23,12 @@ class Confirmed(NamedTuple):
     silent: list[PreparedProbe]
 
 
-class Confirmations:
-    """Results that wait for a health check that was sent after their probe.
+class NodeConfirmations:
+    """Results of one node that wait for a health check that was sent after their probe.
 
     Attributes:
-        checks: how many health checks were sent so far; the next one confirms what is sent now.
+        checks: number of the last health check; the next one confirms what is sent now.
+        confirmed_to: number of the last health check that the node passed.
     """
 
     def __init__(self) -> None:
@@ -34,17 +36,11 @@ class Confirmations:
         self._answered: list[tuple[int, SettledProbe]] = []
         self._silent: list[tuple[int, PreparedProbe]] = []
         self._open: dict[int, int] = {}
-        self._confirmed_to = 0
+        self.confirmed_to = 0
 
     def __bool__(self) -> bool:
         """Whether any result is not confirmed yet."""
         return bool(self._answered or self._silent)
-
-    @property
-    def nodes(self) -> set[int | None]:
-        """Addresses of the nodes with results that are not confirmed yet."""
-        answered = {settled.probe.command.target for _, settled in self._answered}
-        return answered | {probe.command.target for _, probe in self._silent}
 
     def answer(self, settled: SettledProbe, stamp: int) -> Confirmed:
         """Add an answer; return what is confirmed now.
@@ -66,9 +62,9 @@ class Confirmations:
         self._silent.append((stamp, probe))
         return self._confirmed()
 
-    def send(self, questions: int) -> int:
-        """Record that a health check of so many questions is sent; return its number."""
-        self.checks += 1
+    def send(self, questions: int, number: int = 0) -> int:
+        """Record that a health check of so many questions is sent; return its number, by default the next."""
+        self.checks = number or self.checks + 1
         self._open[self.checks] = questions
         return self.checks
 
@@ -80,7 +76,7 @@ class Confirmations:
         """Record correct answers to questions of a health check; return what is confirmed now."""
         self._open[check] -= questions
         if not self._open[check]:
-            self._confirmed_to = check
+            self.confirmed_to = check
             for earlier in [number for number in self._open if number <= check]:
                 del self._open[earlier]
         return self._confirmed()
@@ -95,11 +91,78 @@ class Confirmations:
 
     def _confirmed(self) -> Confirmed:
         confirmed = Confirmed(
-            [settled for stamp, settled in self._answered if stamp < self._confirmed_to],
-            [probe for stamp, probe in self._silent if stamp < self._confirmed_to],
+            [settled for stamp, settled in self._answered if stamp < self.confirmed_to],
+            [probe for stamp, probe in self._silent if stamp < self.confirmed_to],
         )
         if confirmed.answered:
-            self._answered = [entry for entry in self._answered if entry[0] >= self._confirmed_to]
+            self._answered = [entry for entry in self._answered if entry[0] >= self.confirmed_to]
         if confirmed.silent:
-            self._silent = [entry for entry in self._silent if entry[0] >= self._confirmed_to]
+            self._silent = [entry for entry in self._silent if entry[0] >= self.confirmed_to]
         return confirmed
+
+
+class Confirmations:
+    """The results of all nodes of a robot; the health checks of all nodes share their numbers.
+
+    Attributes:
+        checks: how many health checks were sent so far; the next one confirms what is sent now.
+    """
+
+    def __init__(self) -> None:
+        self.checks = 0
+        self._nodes: dict[int | None, NodeConfirmations] = {}
+
+    def __bool__(self) -> bool:
+        """Whether any result is not confirmed yet."""
+        return any(self._nodes.values())
+
+    @property
+    def nodes(self) -> set[int | None]:
+        """Addresses of the nodes with results that are not confirmed yet."""
+        return {target for target, node in self._nodes.items() if node}
+
+    def confirmed_to(self, target: int | None) -> int:
+        """Return the number of the last health check that a node passed, 0 for none."""
+        return self._node(target).confirmed_to
+
+    def answer(self, settled: SettledProbe, stamp: int) -> Confirmed:
+        """Add an answer; return what is confirmed now.
+
+        Args:
+            settled: the probe and its answer.
+            stamp: what ``checks`` was when it was sent.
+        """
+        return self._node(settled.probe.command.target).answer(settled, stamp)
+
+    def silence(self, probe: PreparedProbe, stamp: int) -> Confirmed:
+        """Add a probe that stayed silent; return what is confirmed now.
+
+        Args:
+            probe: the probe.
+            stamp: what ``checks`` was when it was sent.
+        """
+        return self._node(probe.command.target).silence(probe, stamp)
+
+    def send(self, questions: Mapping[int | None, int]) -> int:
+        """Record that a health check is sent, so many questions to each node; return its number."""
+        self.checks += 1
+        for target, count in questions.items():
+            self._node(target).send(count, self.checks)
+        return self.checks
+
+    def needs(self, check: int, target: int | None) -> bool:
+        """Whether the result of this health check still matters for a node: no later one has passed."""
+        return self._node(target).needs(check)
+
+    def passed(self, check: int, target: int | None, questions: int = 1) -> Confirmed:
+        """Record a node's correct answers to questions of a health check; return what is confirmed now."""
+        return self._node(target).passed(check, questions)
+
+    def clear(self, nodes: Collection[int | None] | None = None) -> Confirmed:
+        """Forget every health check of some nodes, by default of all; return what none of them confirmed."""
+        left = [node.clear() for target, node in self._nodes.items() if nodes is None or target in nodes]
+        answered = [settled for one in left for settled in one.answered]
+        return Confirmed(answered, [probe for one in left for probe in one.silent])
+
+    def _node(self, target: int | None) -> NodeConfirmations:
+        return self._nodes.setdefault(target, NodeConfirmations())

@@ -16,7 +16,13 @@ from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import introduce
 from sphero_probe.probing.judge import finding_of
-from sphero_probe.probing.notes import node_name, note_of, slow_note
+from sphero_probe.probing.notes import (
+    node_name,
+    note_of,
+    slow_note,
+    tolerance_notes,
+    unavailable_notes,
+)
 from sphero_probe.probing.oneshot import heading_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
@@ -84,7 +90,7 @@ class Engine:
         self._prober.intend = self.recorder.intend
         self._executions = Executions(self._prober, self._notes.append)
         self._calibrator = Calibrator(self._prober, self._executions, verify=self.plan.verify)
-        self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions)
+        self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions, self._notes.append)
         self._pipeline.on_answer = self._judge
 
     async def records(self) -> AsyncIterator[Record]:
@@ -125,6 +131,8 @@ class Engine:
                 yield record
         async for record in self._late():
             yield record
+        self._notes += tolerance_notes(self._line.link.tolerated)
+        self._notes += unavailable_notes(self.findings, self.link.codec, self.link.policy.robot)
         for note in self._take_notes():
             yield note
         if self.plan.verify and (difference := compare(self.findings, self.link.codec)):

@@ -28,7 +28,7 @@ async def check(finding: Finding, session: Session) -> None:
     exchange, link = finding.exchange, session.link
     if isinstance(exchange, Blocked):
         raise RefusedByPolicyError(f"not sent: {exchange.reason}")
-    if isinstance(exchange, Silent):
+    if isinstance(exchange, Silent) and exchange.command.options.wants_answer:
         command = exchange.command
         tries = "1 attempt" if finding.attempts == 1 else f"{finding.attempts} attempts"
         silence = f"no answer to 0x{command.did:02x}:0x{command.cid:02x} in {tries}"

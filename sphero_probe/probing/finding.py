@@ -18,6 +18,8 @@ class Outcome(StrEnum):
     SILENT = "silent"
     SKIPPED = "skipped"
     INCONCLUSIVE = "inconclusive"
+    SENT = "sent"
+    """No answer was asked for, so that silence says nothing; only a single command ends so."""
 
 
 class Confidence(StrEnum):
@@ -58,6 +60,11 @@ class Finding(NamedTuple):
     def name(self) -> str | None:
         """The command's name in the catalogue, None if no catalogue knows it."""
         return self.knowledge.name if self.knowledge else None
+
+    @property
+    def answered_by(self) -> int | None:
+        """Address byte of the node that answered, as its response names it; None where none does."""
+        return self.exchange.response.source if isinstance(self.exchange, Answered) else None
 
     @property
     def code(self) -> int | None:

@@ -14,6 +14,7 @@ from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.policy import WRONG_LENGTH
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.profiles import GONE
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Verdict
 
 _NONCE_BYTES: Final = 4
@@ -47,7 +48,7 @@ class HealthCheck:
                 verdict = codec.verdict(response.code)
                 if verdict is Verdict.BUSY:
                     return None
-                if self._is_echo(question):
+                if self.is_echo(question):
                     return verdict is Verdict.OK and response.payload == question.payload
                 return verdict in GONE
             case Silent():
@@ -91,14 +92,22 @@ class HealthCheck:
                 return healthy
         return False
 
-    def _is_echo(self, question: Command) -> bool:
+    def is_there(self, command: Command) -> bool:
+        """Whether a node is known to be there: the model has it, or more than an echo is sent to it."""
+        robot, target = self._prober.link.policy.robot, command.target
+        if robot is None or target is None or not self.is_echo(command):
+            return True
+        return Address.from_byte(target).node in robot.nodes
+
+    def is_echo(self, question: Command) -> bool:
+        """Whether a command is the echo that a check asks."""
         echo = row_for(self._prober.link.codec.generation, WellKnown.ECHO)
         return echo is not None and question[:2] == (echo.did, echo.cid)
 
     def _with_nonce(self, question: Command) -> Command:
         """Fill an echo that takes bytes with a new nonce."""
         echo = row_for(self._prober.link.codec.generation, WellKnown.ECHO)
-        if not (echo and echo.request and self._is_echo(question) and echo.request.fixed_length != 0):
+        if not (echo and echo.request and self.is_echo(question) and echo.request.fixed_length != 0):
             return question
         self._nonce = (self._nonce + 1) % 2**32
         return question._replace(payload=self._nonce.to_bytes(_NONCE_BYTES, "big"))

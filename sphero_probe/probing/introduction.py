@@ -23,6 +23,8 @@ _ECHOES: Final = 12
 """The most echoes that are sent to a robot that answers nothing."""
 _SHOWN: Final = 40
 """Bytes of a frame that a message shows."""
+_TOLERANCE: Final = {0: "source", 1: "seq"}
+"""Rank of a difference -> the tolerance that accepts it."""
 
 
 async def introduce(
@@ -53,7 +55,9 @@ async def introduce(
             return firmware or await read_firmware(line.link, target)
         silent.append(exchange)
         if oddity := _oddity(silent, unsolicited, line.link.codec):
-            raise NoAnswerError(f"first answer: {oddity}", _NO_ANSWER)
+            text, tolerance = oddity
+            hint = f"if this robot always answers so: --tolerate {tolerance}" if tolerance else _NO_ANSWER
+            raise NoAnswerError(f"first answer: {text}", hint)
     if firmware or line.link.matched:
         return firmware  # it answers, only later than the user's timeout
     impossible = Command(IMPOSSIBLE_DIDS[0], 0, bytes(WRONG_LENGTH), target)
@@ -64,23 +68,29 @@ async def introduce(
     raise NoAnswerError("first answer: the robot is connected and answers nothing", _NO_ANSWER)
 
 
-def _oddity(silent: Sequence[Silent], unsolicited: Sequence[Unsolicited], codec: Codec) -> str:
-    """Return in words how a packet differs from an answer in one field; empty if none is that close."""
-    oddities: list[tuple[int, str]] = []
+def _oddity(
+    silent: Sequence[Silent], unsolicited: Sequence[Unsolicited], codec: Codec
+) -> tuple[str, str] | None:
+    """Return how what came differs from an answer in one thing, in words; None where nothing is close.
+
+    With it comes the tolerance that would accept it, empty where there is none.
+    """
+    oddities: list[tuple[int, str, str]] = []
     for exchange in silent:
         for packet in unsolicited:
             if isinstance(packet, Notification):
                 frame = codec.frame_of(packet)
                 if codec.may_answer(frame, exchange.command, exchange.seq):
-                    oddities.append(
-                        (0, f"answers carry the flags of a command (0x{packet.flags:02x}): {_shown(frame)}")
-                    )
+                    text = f"answers carry the flags of a command (0x{packet.flags:02x}): {_shown(frame)}"
+                    oddities.append((0, text, "flags"))
             elif isinstance(packet, LateResponse) and packet.earlier is None:
                 differing = _differences(exchange, packet)
                 if len(differing) == 1:
                     rank, text = differing[0]
-                    oddities.append((rank, f"answers {text}: {_shown(packet.received)}"))
-    return min(oddities, default=(0, ""))[1]
+                    oddities.append(
+                        (rank, f"answers {text}: {_shown(packet.received)}", _TOLERANCE.get(rank, ""))
+                    )
+    return min(oddities)[1:] if oddities else None
 
 
 def _differences(exchange: Silent, packet: LateResponse) -> list[tuple[int, str]]:

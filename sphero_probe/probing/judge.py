@@ -31,6 +31,11 @@ class Judgement(NamedTuple):
 
 
 _MASKED: Final = "commands that cannot exist get the same answer"
+_SENT: Final = {
+    False: "no answer was asked for",
+    True: "an answer was asked for on error only, and none came",
+}
+"""Whether a command asked for errors only -> why its silence says nothing."""
 _UNCONFIRMED: Final = f"documented, not confirmed: {_MASKED}"
 _BY_VERDICT: Final[dict[Verdict, Judgement]] = {
     Verdict.OK: Judgement(Outcome.EXISTS),
@@ -90,6 +95,8 @@ def judge(
             if verdict is Verdict.OK and reading and not response.payload:
                 return Judgement(Outcome.EXISTS, note=EXPECTED)
             return _BY_VERDICT[verdict]
+        case Silent(command=command) if not command.options.wants_answer:
+            return Judgement(Outcome.SENT, note=_SENT[command.options.only_errors])
         case Silent(command=command):
             length = len(command.payload)
             if device and device.knows_impossible and device.to_impossible(length) is None:

@@ -1,15 +1,18 @@
 """Make the notes of a run, from unsolicited packets, calibration profiles and executed commands."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Final
 
+from sphero_probe.catalogue import DEVICE_NAMES, devices_of
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import LateResponse, Unsolicited
-from sphero_probe.probing.finding import Note
+from sphero_probe.probing.finding import Finding, Note
 from sphero_probe.probing.profiles import DeviceProfile, NodeProfile
 from sphero_probe.protocol.address import Address
-from sphero_probe.protocol.packets import Command, Malformed, Notification
+from sphero_probe.protocol.codec import Codec
+from sphero_probe.protocol.packets import Command, Malformed, Notification, Verdict
 
 EXECUTED: Final = "executed"
 """Kind of the note of a command that accepted a wrong length."""
@@ -139,6 +142,63 @@ def slow_note(round_trip: float | None, most: float) -> Note | None:
         return None
     text = f"answers take {round_trip:.1f} s: waiting up to {most:.0f} s for each"
     return Note("run", text, {"seconds": round(round_trip, 3), "at_most": most})
+
+
+def hung_note(target: int | None, since: datetime | None, robot: Robot | None) -> Note:
+    """Return the note of a node that stopped answering and was given up.
+
+    Args:
+        target: the node's address byte.
+        since: when it passed its last health check, in UTC; None where it never did.
+        robot: the model, None where it is not known.
+    """
+    at = since.isoformat(timespec="milliseconds").replace("+00:00", "Z") if since else ""
+    text = (
+        f"{node_name(target, robot)} stopped answering as before"
+        f"{f' after {at}' if at else ''} and did not recover: its open probes are inconclusive"
+    )
+    return Note("run", text, {"target": target, "state": "hung", "since": at or None})
+
+
+def tolerance_notes(tolerated: Mapping[str, int]) -> list[Note]:
+    """Return a note for each way in which accepted answers differ from what they should be.
+
+    Args:
+        tolerated: the way in words -> how many answers did.
+    """
+    return [
+        Note("run", f"answers were accepted although {words}", {"tolerated": words, "answers": count})
+        for words, count in sorted(tolerated.items())
+    ]
+
+
+def unavailable_notes(findings: Iterable[Finding], codec: Codec, robot: Robot | None) -> list[Note]:
+    """Return a note for each node that said to an echo that it is there, but unavailable."""
+    echo = row_for(codec.generation, WellKnown.ECHO)
+    return [
+        _unavailable_note(finding.command.target, robot)
+        for finding in findings
+        if echo and finding.command[:2] == (echo.did, echo.cid)
+        if finding.command.target is not None and finding.code is not None
+        if codec.verdict(finding.code) is Verdict.TARGET_UNAVAILABLE
+    ]
+
+
+def _unavailable_note(target: int, robot: Robot | None) -> Note:
+    """Return the note of a node that is there and was not asked further, as it is unavailable.
+
+    Args:
+        target: the node's address byte.
+        robot: the model, None where it is not known; its catalogue names what was not asked.
+    """
+    devices = devices_of(robot, Address.from_byte(target).node)
+    names = DEVICE_NAMES[robot.generation] if robot else {}
+    listed = ", ".join(f"0x{did:02x} {names.get(did, '')}".rstrip() for did in devices)
+    text = (
+        f"{node_name(target, robot)} (0x{target:02x}) is there, but unavailable (0x0a): "
+        f"its devices were not asked: {listed or 'which it has is not known'}"
+    )
+    return Note("run", text, {"target": target, "state": "unavailable", "devices_not_asked": list(devices)})
 
 
 def node_name(target: int | None, robot: Robot | None) -> str:

@@ -27,6 +27,8 @@ async def send_once(
 ) -> Finding:
     """Send exactly this command; if no answer arrives, wake the robot and send it again if its class allows.
 
+    A command that asks for no answer is sent once.
+
     Args:
         link: to the robot.
         command: to send, with payload and node.
@@ -44,7 +46,8 @@ async def send_once(
         await prober.calibrate_devices([(command.target, command.did)])
     probe = prober.prepare(filled)
     exchange, attempts = await prober.ask(probe, alone=True)
-    while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and probe.risk <= Risk.WRITE:
+    repeats = probe.risk <= Risk.WRITE and command.options.wants_answer
+    while isinstance(exchange, Silent) and attempts < MAX_ATTEMPTS and repeats:
         await wake(link, command.target, 1)
         exchange, more = await prober.ask(probe, alone=True)
         attempts += more

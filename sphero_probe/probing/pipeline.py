@@ -21,12 +21,13 @@ from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
 from sphero_probe.probing.dropped import DroppedProbes
 from sphero_probe.probing.executions import Executions
+from sphero_probe.probing.finding import Note
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
 from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
 from sphero_probe.probing.near_misses import NearMisses
 from sphero_probe.probing.prober import Prober
-from sphero_probe.probing.recovery import recover
+from sphero_probe.probing.recovery import HealthLog, recover, still_healthy
 from sphero_probe.probing.retries import (
     DEAD,
     LOST,
@@ -40,7 +41,7 @@ from sphero_probe.probing.retries import (
     silence,
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
-from sphero_probe.protocol.packets import Malformed
+from sphero_probe.protocol.packets import Command, Malformed
 from sphero_probe.session.reconnect import Reconnector
 
 if TYPE_CHECKING:
@@ -65,20 +66,25 @@ class Pipeline:
     """
 
     def __init__(
-        self, prober: Prober, line: Reconnector, stop: asyncio.Event, executions: Executions
+        self,
+        prober: Prober,
+        line: Reconnector,
+        stop: asyncio.Event,
+        executions: Executions,
+        on_note: Callable[[Note], None],
     ) -> None:
         self.line = line
         self.health = HealthCheck(prober)
         self.unanswered: dict[int, SilentProbe] = {}
         self.loss = LossEstimate()
         self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
-        self.executions = executions
-        self._prober = prober
+        self._on_note = on_note
+        self.executions, self._prober = executions, prober
         self._stop = stop
         self._confirmations = Confirmations()
         self._scheduler = Scheduler(prober, self.health, self._confirmations, self._confirm)
         self.dead: set[int | None] = set()
-        self._wrong: set[int | None] = set()
+        self._log = HealthLog()
         self._broken: LinkLostError | None = None
         self._dropped = DroppedProbes(line, prober)
         self._voided: Counter[int] = Counter()
@@ -101,7 +107,7 @@ class Pipeline:
             elif probe.command.target in self.dead:
                 self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
             else:
-                await self._learn_health(probe.command.target)
+                await self._learn_health(probe.command)
                 self._scheduler.todo.append(probe)
         await self._work(lambda: not self._scheduler.todo)
         return self._take()
@@ -159,13 +165,15 @@ class Pipeline:
         taken, self._settled = self._settled, []
         return taken
 
-    async def _learn_health(self, target: int | None) -> None:
+    async def _learn_health(self, command: Command) -> None:
         """Learn how a node answers a health check, before the first probe is sent to it."""
-        if self.health.knows(target):
+        target = command.target
+        if self.health.knows(target) or not self.health.is_there(command):
             return
 
         async def learn() -> None:
             await self.health.passes(target)
+            self._log.passed(target)
 
         await self._work(lambda: self._scheduler.is_idle)
         await self.line.with_reconnect(learn)
@@ -178,11 +186,11 @@ class Pipeline:
             if is_done():
                 return
             self._hear(await in_flight_probes.wait_any())
-            if self._wrong or self._broken:
+            if self._log or self._broken:
                 self._hear(await in_flight_probes.wait_all())
             if self._broken:
                 await self._reconnect(self._broken)
-            if self._wrong:
+            if self._log:
                 await self._void()
         self._hear(await in_flight_probes.wait_all())
         for probe in self._dropped.take():
@@ -229,16 +237,18 @@ class Pipeline:
         self._confirm(self._confirmations.silence(probe, stamp))
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
-        if not self._confirmations.needs(question.check):
+        target = question.command.target
+        if not self._confirmations.needs(question.check, target):
             return
         is_healthy = self.health.is_healthy(question.command, exchange)
         if is_healthy:
             self.loss.learn(question.attempt)
-            self._confirm(self._confirmations.passed(question.check))
+            self._log.passed(target)
+            self._confirm(self._confirmations.passed(question.check, target))
         elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
             self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
         else:
-            self._wrong.add(question.command.target)
+            self._log.failed(target, question.check)
 
     def _confirm(self, confirmed: Confirmed) -> None:
         self._settled += confirmed.answered
@@ -256,9 +266,17 @@ class Pipeline:
             self._scheduler.again.append(silent.probe._replace(is_last_try=is_last_try))
 
     async def _void(self) -> None:
-        """Send all probes again that no health check confirmed, once the nodes have recovered."""
-        wrong, self._wrong = self._wrong, set()
+        """Send all probes again that no health check confirmed, once their node has recovered.
+
+        The results of other nodes stand if they passed the check that one failed, and pass one now.
+        """
+        wrong = self._log.take_failed()
         self._scheduler.questions.clear()
+        failed, others = min(wrong.values()), self._confirmations.nodes - wrong.keys()
+        passed = {target for target in others if self._confirmations.confirmed_to(target) >= failed}
+        sound = await still_healthy(self.line, self.health, passed)
+        self._log.passed(*sound)
+        self._confirm(self._confirmations.clear(sound))
         void = self._confirmations.clear()
         for settled in void.answered:
             probe = settled.probe
@@ -273,7 +291,8 @@ class Pipeline:
             if silent := self.unanswered.get(probe.number):
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
-        self._give_up_nodes(await recover(self.line, self.health, wrong, lambda: self._over))
+        void_nodes = wrong.keys() | others - sound
+        self._give_up_nodes(await recover(self.line, self.health, void_nodes, lambda: self._over))
 
     def _may_repeat(self, probe: PreparedProbe) -> bool:
         self._voided[probe.number] += 1
@@ -282,6 +301,8 @@ class Pipeline:
     def _give_up_nodes(self, nodes: set[int | None]) -> None:
         """Settle every probe of nodes that did not recover."""
         self.dead |= nodes
+        for target in nodes:
+            self._on_note(self._log.hung(target, self._prober.link.policy.robot))
         for queue in (self._scheduler.todo, self._scheduler.again):
             for probe in [probe for probe in queue if probe.command.target in nodes]:
                 queue.remove(probe)

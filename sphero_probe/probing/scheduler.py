@@ -177,11 +177,12 @@ class Scheduler:
     def _queue_check(self, now: float) -> None:
         self._since_check, self._checked_at = 0, now
         nodes = self._confirmations.nodes | {item.command.target for item in self.in_flight_probes.items}
-        questions = [question for target in nodes for question in self._health.questions(target)]
-        check = self._confirmations.send(len(questions))
-        self.questions += [HealthQuestion(check, question) for question in questions]
-        if not questions:  # these nodes answer no health check
-            self._on_confirmed(self._confirmations.passed(check, 0))
+        questions = {target: self._health.questions(target) for target in nodes}
+        check = self._confirmations.send({target: len(asked) for target, asked in questions.items()})
+        for target, asked in questions.items():
+            self.questions += [HealthQuestion(check, question) for question in asked]
+            if not asked:  # this node answers no health check
+                self._on_confirmed(self._confirmations.passed(check, target, 0))
 
     async def _ask(self, question: HealthQuestion, before_sending: Callable[[], None]) -> Exchange:
         alone = question.attempt == MAX_ATTEMPTS

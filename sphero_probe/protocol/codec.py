@@ -48,6 +48,11 @@ class Codec(Protocol):
         ...
 
     @property
+    def has_addresses(self) -> bool:
+        """Whether packets can name nodes, and commands ask for answers on error only."""
+        ...
+
+    @property
     def max_payload(self) -> int:
         """The longest payload in bytes that ``encode_*`` accepts."""
         ...
@@ -92,6 +97,10 @@ class Codec(Protocol):
 
     def decoder(self, role: Role) -> Decoder:
         """Return a new decoder for one role."""
+        ...
+
+    def flag_names(self, packet: Packet) -> tuple[str, ...] | None:
+        """Return the names of the flags that a packet carries, None for a packet that has no flags."""
         ...
 
     def verdict(self, code: int) -> Verdict:

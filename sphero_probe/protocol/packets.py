@@ -1,7 +1,7 @@
 """Packets as values: what a packet says, independent of the generation that carries it."""
 
 from enum import Enum, StrEnum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 
 class Generation(StrEnum):
@@ -40,6 +40,33 @@ class Verdict(Enum):
     UNLISTED = "a code in no document"
 
 
+class SendOptions(NamedTuple):
+    """The flags and the source address that a command is sent with; the defaults suit nearly always.
+
+    Attributes:
+        answer: ask for a response.
+        only_errors: ask for a response only if the command fails; V2 only.
+        activity: reset the robot's sleep timer.
+        source: address byte of who asks, None for the usual one; V2 only.
+        without_source: leave the source address out beside a target, as the official SDK does; V2 only.
+    """
+
+    answer: bool = True
+    only_errors: bool = False
+    activity: bool = True
+    source: int | None = None
+    without_source: bool = False
+
+    @property
+    def wants_answer(self) -> bool:
+        """Whether an answer is due to the command whatever becomes of it."""
+        return self.answer and not self.only_errors
+
+
+USUAL: Final = SendOptions()
+"""How a command is sent where nothing else is said."""
+
+
 class Command(NamedTuple):
     """A command, independent of how it is sent.
 
@@ -48,12 +75,14 @@ class Command(NamedTuple):
         cid: command id, 0-255.
         payload: the argument bytes.
         target: byte of the node's ``Address``, or None to leave addresses out.
+        options: its flags and its source. Those of a command that a decoder read stand in its ``Request``.
     """
 
     did: int
     cid: int
     payload: bytes = b""
     target: int | None = None
+    options: SendOptions = USUAL
 
 
 class Request(NamedTuple):

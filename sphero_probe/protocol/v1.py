@@ -45,6 +45,8 @@ from sphero_probe.protocol.v1_frames import (
 
 SOP2_ANSWER: Final = 0x01
 SOP2_ACTIVITY: Final = 0x02
+OPTION_NAMES: Final = ("requests_response", "resets_timeout")
+"""What the option bits of a command's SOP2 are called, bit 0 first; the other bits are set."""
 SOP2_COMMAND: Final = 0xFC
 """SOP2 of a command without options: the upper six bits are set."""
 SOP2_RESPONSE: Final = 0xFF
@@ -92,6 +94,7 @@ class V1Codec:
     generation = Generation.V1
     sequence_numbers = range(256)
     answers_name_commands = False  # a response repeats only SEQ
+    has_addresses = False
     max_payload = MAX_PAYLOAD
 
     def encode_command(
@@ -100,7 +103,7 @@ class V1Codec:
         """Return the frame of a command.
 
         Args:
-            command: the command; ``target`` is ignored, because V1 has no nodes.
+            command: the command; addresses and ``only_errors`` are ignored, because V1 has none.
             seq: the sequence number, 0-255.
             answer: SOP2 bit 0; without it the robot acts but does not respond.
             activity: SOP2 bit 1, reset the inactivity timeout.
@@ -109,6 +112,7 @@ class V1Codec:
             ValueError: an id is out of range or the payload is longer than 254 bytes; a command in
                 ``FIXED_PAYLOADS`` takes up to 253 bytes or exactly that many.
         """
+        answer, activity = answer and command.options.answer, activity and command.options.activity
         sop2 = SOP2_COMMAND | (SOP2_ANSWER if answer else 0) | (SOP2_ACTIVITY if activity else 0)
         return _encode_request(sop2, command, seq)
 
@@ -156,6 +160,12 @@ class V1Codec:
             return _HostDecoder(_LAYOUTS[role], _parse_frame)
         return Deframer(_LAYOUTS[role], _ObserverParser().parse if role is Role.OBSERVER else _parse_frame)
 
+    def flag_names(self, packet: Packet) -> tuple[str, ...] | None:
+        """Return the options of a command that are set in SOP2; None for every other packet."""
+        if not isinstance(packet, Request):
+            return None
+        return tuple(name for bit, name in enumerate(OPTION_NAMES) if packet.flags & 1 << bit)
+
     def verdict(self, code: int) -> Verdict:
         """Return what an MRSP code means, ``UNLISTED`` for a code that is in no document."""
         return _CODES.get(code, _UNLISTED)[1]
@@ -166,7 +176,7 @@ class V1Codec:
 
 
 def _encode_request(sop2: int, command: Command, seq: int) -> bytes:
-    did, cid, payload, _ = command
+    did, cid, payload, *_ = command
     fixed = FIXED_PAYLOADS.get((did, cid))
     if fixed is not None and len(payload) >= MAX_PAYLOAD:
         if len(payload) != fixed:

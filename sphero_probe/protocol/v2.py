@@ -8,6 +8,7 @@ from typing import Final
 from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec, Decoder
 from sphero_probe.protocol.packets import (
+    USUAL,
     Command,
     Generation,
     Malformed,
@@ -22,6 +23,7 @@ from sphero_probe.protocol.v2_decoder import (
     FLAG_ACTIVITY,
     FLAG_ANSWER,
     FLAG_EXTENDED,
+    FLAG_NAMES,
     FLAG_ONLY_ERRORS,
     FLAG_RESPONSE,
     FLAG_SOURCE,
@@ -65,6 +67,7 @@ class V2Codec:
     generation = Generation.V2
     sequence_numbers = range(255)  # notifications use 0xFF
     answers_name_commands = True
+    has_addresses = True
     max_payload = MAX_PAYLOAD
 
     def encode_command(
@@ -81,7 +84,8 @@ class V2Codec:
         """Return the frame of a command.
 
         Args:
-            command: the command; its ``target`` adds TID, and SID 0x01 unless ``source`` is given.
+            command: the command; its ``target`` adds TID, and SID 0x01 unless ``source`` or its own
+                options say otherwise.
             seq: the sequence number, 0-255; allocate 0-254.
             answer: flag bit 1, ask for a response.
             activity: flag bit 3, reset the sleep timer.
@@ -92,8 +96,13 @@ class V2Codec:
         Raises:
             ValueError: an id is out of range, the payload or the extension is too long.
         """
-        did, cid, payload, target = command
+        did, cid, payload, target, options = command
         flags = _USUAL
+        bare = False
+        if options is not USUAL:
+            answer, only_errors = answer and options.answer, only_errors or options.only_errors
+            activity, bare = activity and options.activity, options.without_source
+            source = options.source if source is None else source
         if not answer:
             flags &= ~FLAG_ANSWER
         if not activity:
@@ -102,11 +111,11 @@ class V2Codec:
             flags |= FLAG_ONLY_ERRORS
         if len(payload) > MAX_PAYLOAD:
             raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_PAYLOAD}")
-        if source is None and not extension:  # the usual case
+        if source is None and not (extension or bare):  # the usual case
             if target is None:
                 return frame(bytes((flags, did, cid, seq)) + payload)
             return frame(bytes((flags | _ADDRESSED, target, CLIENT, did, cid, seq)) + payload)
-        if source is None and target is not None:
+        if source is None and target is not None and not bare:
             source = CLIENT
         return _encode(flags, extension, target, source, (did, cid, seq), payload)
 
@@ -146,7 +155,7 @@ class V2Codec:
                 return self.encode_response(packet)
             case Notification():
                 return self.encode_notification(packet)
-            case Request(command=(did, cid, payload, target), seq=seq, source=source, flags=flags):
+            case Request(command=(did, cid, payload, target, _), seq=seq, source=source, flags=flags):
                 kept = flags & 0xFF & ~STRUCTURE
                 return _encode(kept, _extension(flags), target, source, (did, cid, seq), payload)
 
@@ -158,6 +167,17 @@ class V2Codec:
     def decoder(self, role: Role) -> Decoder:
         """Return a new decoder for one role."""
         return V2Decoder(role)
+
+    def flag_names(self, packet: Packet) -> tuple[str, ...] | None:
+        """Return the names of the flags that are set, bit 0 first; None for a malformed packet.
+
+        A second byte of flags has no published names: its bits are ``extended_0`` and so on.
+        """
+        if isinstance(packet, Malformed):
+            return None
+        first = (name for bit, name in enumerate(FLAG_NAMES) if packet.flags & 1 << bit)
+        second = (f"extended_{bit}" for bit in range(8) if packet.flags & 0x100 << bit)
+        return (*first, *second)
 
     def verdict(self, code: int) -> Verdict:
         """Return what an error code means, ``UNLISTED`` above 0x0A."""

@@ -8,7 +8,16 @@ from struct import Struct
 from typing import Any, Final
 from zlib import adler32
 
-from sphero_probe.protocol.packets import Command, Malformed, Notification, Packet, Request, Response, Role
+from sphero_probe.protocol.packets import (
+    USUAL,
+    Command,
+    Malformed,
+    Notification,
+    Packet,
+    Request,
+    Response,
+    Role,
+)
 from sphero_probe.protocol.v2_frames import (
     ADLER_EXACT,
     EOP,
@@ -29,6 +38,17 @@ FLAG_ACTIVITY: Final = 0x08
 FLAG_TARGET: Final = 0x10
 FLAG_SOURCE: Final = 0x20
 FLAG_EXTENDED: Final = 0x80
+FLAG_NAMES: Final = (
+    "is_response",
+    "requests_response",
+    "requests_only_error_response",
+    "is_activity",
+    "has_target_id",
+    "has_source_id",
+    "reserved",
+    "extended",
+)
+"""What each flag bit is called, bit 0 first [reference; bits 2 and 7: vendor]."""
 STRUCTURE: Final = FLAG_RESPONSE | FLAG_TARGET | FLAG_SOURCE
 """The flags that say which fields a packet has."""
 
@@ -122,7 +142,7 @@ class V2Decoder:
                     if host or (observer and seq == NOTIFICATION_SEQ and not flags & FLAG_ANSWER):
                         packets.append(_new(Notification, (did, cid, data, source, target, seq, flags)))
                     else:
-                        command = _new(Command, (did, cid, data, target))
+                        command = _new(Command, (did, cid, data, target, USUAL))
                         asks = flags & _ASKS == FLAG_ANSWER
                         packets.append(_new(Request, (command, seq, source, flags, asks)))
                     continue

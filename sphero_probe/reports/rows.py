@@ -4,10 +4,12 @@ In a row, ids and codes are integers, bytes are lower-case hex strings without b
 strings, durations are milliseconds (``_ms``) or, in a summary, ``seconds``. Unknown values are null.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from sphero_probe.catalogue.addresses import AddressMeaning
+from sphero_probe.catalogue.dissection import Part
 from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
 from sphero_probe.catalogue.packet_json import packet_json
@@ -33,7 +35,8 @@ class Row(NamedTuple):
 
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
-            ``command``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``.
+            ``command``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``,
+            ``address``, ``byte``, ``system``, ``node``, ``hop``.
         data: the values, in the order in which they are written.
     """
 
@@ -75,6 +78,7 @@ def finding_row(finding: Finding) -> Row:
         {
             "number": finding.number,
             "target": finding.command.target,
+            "answered_by": finding.answered_by,
             "did": finding.command.did,
             "cid": finding.command.cid,
             "name": known.name if known else None,
@@ -100,12 +104,21 @@ def note_row(note: Note) -> Row:
     return Row("note", {"kind": note.kind, "text": note.text} | note.data)
 
 
+def counts_by_word(counts: Mapping[Outcome, int]) -> dict[str, int]:
+    """Return the findings of each outcome, zeros too; ``sent`` only where there are some: no plan has any."""
+    return {
+        outcome.value: counts.get(outcome, 0)
+        for outcome in Outcome
+        if outcome is not Outcome.SENT or counts.get(outcome)
+    }
+
+
 def summary_row(summary: Summary) -> Row:
     """Return the last row of a run; it counts every outcome, zeros included."""
     return Row(
         "summary",
         {
-            "counts": {outcome.value: summary.counts.get(outcome, 0) for outcome in Outcome},
+            "counts": counts_by_word(summary.counts),
             "seconds": round(summary.seconds, 3),
             "probes_sent": summary.probes_sent,
             "frames_sent": summary.frames_sent,
@@ -189,6 +202,21 @@ def planned_row(planned: "PlannedProbe") -> Row:
             "withheld": planned.blocked,
         },
     )
+
+
+def address_row(said: AddressMeaning) -> Row:
+    """Return the row of what an address stands for in one place of a packet."""
+    use, address, meaning, basis = said
+    data: dict[str, object] = {"address": address.byte, "use": use.value}
+    data |= {"port": address.port, "node": address.node, "meaning": meaning, "words": said.words}
+    return Row("address", data | {"basis": basis})
+
+
+def byte_row(number: int, part: Part) -> Row:
+    """Return the row of one byte of a packet; ``number`` is the packet's place in the input, from 1."""
+    offset, raw, name, value, meaning = part
+    data: dict[str, object] = {"packet": number, "offset": offset, "raw": raw.hex()}
+    return Row("byte", data | {"field": name or None, "value": value, "meaning": meaning})
 
 
 def plan_row(name: str, summary: str, file: Path | str | None, robots: Iterable[str]) -> Row:

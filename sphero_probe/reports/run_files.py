@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from sphero_probe.probing.finding import Heading, Outcome
-from sphero_probe.reports.rows import Row
+from sphero_probe.reports.rows import Row, counts_by_word
 from sphero_probe.runs.decode import Opening
 
 
@@ -26,7 +26,7 @@ def run_file_row(
             "model": heading.model if heading else None,
             "command": opening.command if opening else None,
             "plan": opening.plan if opening else None,
-            "counts": {outcome.value: (counts or {}).get(outcome, 0) for outcome in Outcome},
+            "counts": counts_by_word(counts or {}),
             "complete": complete,
             "file": str(file),
             "problem": problem or None,

@@ -128,9 +128,17 @@ def line_of(data: Data, robot: Robot | None) -> FindingLine:
         data.get("confidence") == Confidence.MAYBE.value,
         "" if code is None else f"{phrases.hex_id(code)} {shown(data.get('code_name'))}",
         phrases.outcome(data),
-        shown(data.get("note")),
+        "; ".join(filter(None, (shown(data.get("note")), _answered_by(data, robot)))),
         rtt if isinstance(rtt, int | float) else None,
     )
+
+
+def _answered_by(data: Data, robot: Robot | None) -> str:
+    """Return which other node answered, empty where it is the one that was asked or none was asked for."""
+    source = data.get("answered_by")
+    if data.get("target") is None or not phrases.answered_elsewhere(data) or not isinstance(source, int):
+        return ""
+    return f"answered by {node_name(source, robot)}"
 
 
 def places(lines: Iterable[FindingLine]) -> list[str]:

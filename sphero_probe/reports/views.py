@@ -68,7 +68,7 @@ class View(NamedTuple):
         return tuple(column for column in self.columns if column.place is not Place.TABLE)
 
 
-def _both(
+def both(
     key: str,
     title: str = "",
     show: Callable[[object], str] = shown,
@@ -81,29 +81,29 @@ def _both(
     return Column(key, title, lambda data: show(data.get(key)), Place.BOTH, right, whole)
 
 
-def _record(*keys: str, show: Callable[[object], str] = shown) -> tuple[Column, ...]:
+def record_only(*keys: str, show: Callable[[object], str] = shown) -> tuple[Column, ...]:
     """Columns of one key each for scripts."""
-    return tuple(_both(key, show=show)._replace(place=Place.RECORD) for key in keys)
+    return tuple(both(key, show=show)._replace(place=Place.RECORD) for key in keys)
 
 
-def _table(title: str, render: Render, *, right: bool = False, whole: bool = False) -> Column:
+def table_only(title: str, render: Render, *, right: bool = False, whole: bool = False) -> Column:
     """A column for people, made of any keys."""
     return Column("", title, render, Place.TABLE, right, whole)
 
 
-_PAIR: Final = _table("DID:CID", phrases.pair, whole=True)
+_PAIR: Final = table_only("DID:CID", phrases.pair, whole=True)
 _FIELDS: Final = Column("fields", "Fields", phrases.fields, Place.RECORD)
 
 _FINDING_RECORD: Final = (
-    *_record("number"),
-    *_record("target", "did", "cid", show=hex_id),
-    *_record("name", "risk", "outcome", "confidence"),
-    *_record("code", show=hex_id),
-    *_record("code_name"),
-    *_record("payload", show=spaced_hex),
+    *record_only("number"),
+    *record_only("target", "answered_by", "did", "cid", show=hex_id),
+    *record_only("name", "risk", "outcome", "confidence"),
+    *record_only("code", show=hex_id),
+    *record_only("code_name"),
+    *record_only("payload", show=spaced_hex),
     _FIELDS,
-    *_record("sent", "received", show=spaced_hex),
-    *_record("rtt_ms", "attempts", "note"),
+    *record_only("sent", "received", show=spaced_hex),
+    *record_only("rtt_ms", "attempts", "note"),
 )
 
 FINDINGS: Final = View("finding", _FINDING_RECORD, "Nothing was asked.")
@@ -114,14 +114,15 @@ FINDING: Final = View(
     (
         *_FINDING_RECORD,
         _PAIR,
-        _table("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
-        _table("Node", lambda data: hex_id(data.get("target"))),
-        _table("Risk", lambda data: shown(data.get("risk"))),
-        _table("Outcome", lambda data: phrases.remarked(shown(data.get("outcome")), data.get("note"))),
-        _table("Answer", lambda data: phrases.outcome(data) if data.get("sent") else ""),
-        _table("Time", lambda data: "" if data.get("rtt_ms") is None else f"{shown(data['rtt_ms'])} ms"),
-        _table("Sent", lambda data: spaced_hex(data.get("sent"))),
-        _table("Received", lambda data: spaced_hex(data.get("received"))),
+        table_only("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
+        table_only("Node", phrases.node_asked),
+        table_only("Answered by", phrases.answered_by),
+        table_only("Risk", lambda data: shown(data.get("risk"))),
+        table_only("Outcome", lambda data: phrases.remarked(shown(data.get("outcome")), data.get("note"))),
+        table_only("Answer", lambda data: phrases.outcome(data) if data.get("sent") else ""),
+        table_only("Time", lambda data: "" if data.get("rtt_ms") is None else f"{shown(data['rtt_ms'])} ms"),
+        table_only("Sent", lambda data: spaced_hex(data.get("sent"))),
+        table_only("Received", lambda data: spaced_hex(data.get("received"))),
     ),
     "Nothing was asked.",
     upright=True,
@@ -131,14 +132,14 @@ FINDING: Final = View(
 NOTES: Final = View(
     "note",
     (
-        _both("kind", whole=True),
-        *_record("text"),
-        *_record("did", "cid", "source", show=hex_id),
-        *_record("name"),
-        *_record("payload", show=spaced_hex),
+        both("kind", whole=True),
+        *record_only("text"),
+        *record_only("did", "cid", "source", show=hex_id),
+        *record_only("name"),
+        *record_only("payload", show=spaced_hex),
         _FIELDS,
-        *_record("raw", "received", show=spaced_hex),
-        _table("What", phrases.note),
+        *record_only("raw", "received", show=spaced_hex),
+        table_only("What", phrases.note),
     ),
     "Nothing was heard.",
 )
@@ -147,12 +148,12 @@ NOTES: Final = View(
 ROBOTS: Final = View(
     "robot",
     (
-        _both("name"),
-        _both("model"),
-        _both("generation", "Protocol", whole=True),
-        _both("address"),
-        _both("rssi", "RSSI dBm", right=True, whole=True),
-        _table("Note", lambda data: "connected to this machine" if data.get("connected") else ""),
+        both("name"),
+        both("model"),
+        both("generation", "Protocol", whole=True),
+        both("address"),
+        both("rssi", "RSSI dBm", right=True, whole=True),
+        table_only("Note", lambda data: "connected to this machine" if data.get("connected") else ""),
     ),
     "No robots found.",
 )
@@ -160,42 +161,42 @@ ROBOTS: Final = View(
 PACKETS: Final = View(
     "packet",
     (
-        *_record("generation"),
-        _both("kind", whole=True),
-        *_record("did", "cid", show=hex_id),
+        *record_only("generation"),
+        both("kind", whole=True),
+        *record_only("did", "cid", show=hex_id),
         _PAIR,
-        _both("seq", right=True, whole=True),
-        *_record("code", show=hex_id),
-        *_record("code_name"),
-        *_record("target", "source", show=hex_id),
-        _table("Nodes", phrases.addresses),
-        _both("name"),
+        both("seq", right=True, whole=True),
+        *record_only("code", show=hex_id),
+        *record_only("code_name"),
+        *record_only("target", "source", show=hex_id),
+        table_only("Nodes", phrases.addresses),
+        both("name"),
         _FIELDS,
-        *_record("payload", "raw", show=spaced_hex),
-        *_record("reason", "note", "leds"),
-        _table("Says", phrases.packet),
+        *record_only("payload", "raw", show=spaced_hex),
+        *record_only("reason", "note", "leds", "target_means", "source_means", "flags"),
+        table_only("Says", phrases.packet),
     ),
     "No packets.",
 )
 
-HEARD: Final = View("packet", (_both("time", whole=True), *PACKETS.columns), "Nothing was heard.")
+HEARD: Final = View("packet", (both("time", whole=True), *PACKETS.columns), "Nothing was heard.")
 """Packets with the time they arrived, as ``listen`` shows them."""
 
 _COMMAND_RECORD: Final = (
-    *_record("generation"),
-    *_record("did", "cid", show=hex_id),
-    *_record("name", "kind", "risk"),
-    *_record("request", "response", show=phrases.layout_record),
-    *_record("robots", show=phrases.robots),
-    *_record("sources", "aliases", "note"),
-    *_record("provenance", show=phrases.provenance),
-    *_record("firmware", show=phrases.sightings),
-    *_record("enabled_by", "since"),
+    *record_only("generation"),
+    *record_only("did", "cid", show=hex_id),
+    *record_only("name", "kind", "risk"),
+    *record_only("request", "response", show=phrases.layout_record),
+    *record_only("robots", show=phrases.robots),
+    *record_only("sources", "aliases", "note"),
+    *record_only("provenance", show=phrases.provenance),
+    *record_only("firmware", show=phrases.sightings),
+    *record_only("enabled_by", "since"),
 )
 _COMMAND_TABLE: Final = (
     _PAIR,
-    _table("Name", lambda data: shown(data.get("name"))),
-    _table("Risk", phrases.role, whole=True),
+    table_only("Name", lambda data: shown(data.get("name"))),
+    table_only("Risk", phrases.role, whole=True),
 )
 
 COMMANDS: Final = View(
@@ -203,8 +204,8 @@ COMMANDS: Final = View(
     (
         *_COMMAND_RECORD,
         *_COMMAND_TABLE,
-        _table("Takes -> gives", phrases.exchanged),
-        _table("Remark", phrases.catalogue_remark),
+        table_only("Takes -> gives", phrases.exchanged),
+        table_only("Remark", phrases.catalogue_remark),
     ),
     "No known command.",
 )
@@ -214,16 +215,16 @@ COMMAND: Final = View(
     "command",
     (
         *_COMMAND_RECORD,
-        _table("Protocol", lambda data: shown(data.get("generation"))),
+        table_only("Protocol", lambda data: shown(data.get("generation"))),
         *_COMMAND_TABLE,
-        _table("Takes -> gives", phrases.exchanged),
-        _table("Robots", lambda data: phrases.robots(data.get("robots"))),
-        _table("Known from", lambda data: shown(data.get("sources"))),
-        _table("Uncertain", phrases.weak_provenance),
-        _table("Firmware", phrases.firmware),
-        _table("Enabled by", phrases.switch),
-        _table("Also called", lambda data: shown(data.get("aliases"))),
-        _table("Note", lambda data: shown(data.get("note"))),
+        table_only("Takes -> gives", phrases.exchanged),
+        table_only("Robots", lambda data: phrases.robots(data.get("robots"))),
+        table_only("Known from", lambda data: shown(data.get("sources"))),
+        table_only("Uncertain", phrases.weak_provenance),
+        table_only("Firmware", phrases.firmware),
+        table_only("Enabled by", phrases.switch),
+        table_only("Also called", lambda data: shown(data.get("aliases"))),
+        table_only("Note", lambda data: shown(data.get("note"))),
     ),
     "No known command.",
     upright=True,
@@ -233,16 +234,16 @@ COMMAND: Final = View(
 PLANNED: Final = View(
     "planned",
     (
-        _both("number", "#", right=True, whole=True),
-        _both("target", "Node", hex_id, whole=True),
-        *_record("did", "cid", show=hex_id),
+        both("number", "#", right=True, whole=True),
+        both("target", "Node", hex_id, whole=True),
+        *record_only("did", "cid", show=hex_id),
         _PAIR,
-        *_record("name"),
-        _table("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
-        _both("risk", whole=True),
-        *_record("payload", show=spaced_hex),
-        _both("sent", "Bytes", spaced_hex),
-        _both("withheld", "Blocked because"),
+        *record_only("name"),
+        table_only("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
+        both("risk", whole=True),
+        *record_only("payload", show=spaced_hex),
+        both("sent", "Bytes", spaced_hex),
+        both("withheld", "Blocked because"),
     ),
     "No probes.",
 )
@@ -251,12 +252,12 @@ PLANNED: Final = View(
 LEDS: Final = View(
     "led",
     (
-        _both("robot", whole=True),
-        _both("name", "LED", whole=True),
-        *_record("aliases"),
-        *_record("channels"),
-        _table("Also", lambda data: shown(data.get("aliases"))),
-        _table("Channels", phrases.channels),
+        both("robot", whole=True),
+        both("name", "LED", whole=True),
+        *record_only("aliases"),
+        *record_only("channels"),
+        table_only("Also", lambda data: shown(data.get("aliases"))),
+        table_only("Channels", phrases.channels),
     ),
     "No LEDs are known for this robot.",
 )
@@ -265,11 +266,11 @@ LEDS: Final = View(
 PLANS: Final = View(
     "plan",
     (
-        _both("name"),
-        _both("summary"),
-        *_record("file", "robots"),
-        _table("Robots", lambda data: shown(data.get("robots")) or "any"),
-        _table("File", lambda data: shown(data.get("file"))),
+        both("name"),
+        both("summary"),
+        *record_only("file", "robots"),
+        table_only("Robots", lambda data: shown(data.get("robots")) or "any"),
+        table_only("File", lambda data: shown(data.get("file"))),
     ),
     "No plans.",
 )
@@ -277,11 +278,11 @@ PLANS: Final = View(
 CODES: Final = View(
     "code",
     (
-        _both("generation", "Protocol", whole=True),
-        _both("code", "Code", hex_id, whole=True),
-        _both("name"),
-        _both("meaning"),
-        _both("proves", "What it tells"),
+        both("generation", "Protocol", whole=True),
+        both("code", "Code", hex_id, whole=True),
+        both("name"),
+        both("meaning"),
+        both("proves", "What it tells"),
     ),
     "No codes.",
 )
@@ -289,10 +290,10 @@ CODES: Final = View(
 FACTS: Final = View(
     "fact",
     (
-        _both("name", "What"),
-        *_record("value", "unit"),
-        _table("Value", phrases.measured),
-        _both("node"),
+        both("name", "What"),
+        *record_only("value", "unit"),
+        table_only("Value", phrases.measured),
+        both("node"),
     ),
     "The robot reported nothing about itself.",
 )
@@ -307,12 +308,12 @@ RUNS: Final = View(
     "run_file",
     (
         Column("", "Run", _name_of_run, Place.TABLE, whole=True),
-        *_record("when"),
-        _both("robot"),
-        *_record("model", "command", "plan", "counts", "complete"),
-        _table("Found", phrases.found),
-        _table("End", phrases.end_of_run),
-        *_record("file", "problem"),
+        *record_only("when"),
+        both("robot"),
+        *record_only("model", "command", "plan", "counts", "complete"),
+        table_only("Found", phrases.found),
+        table_only("End", phrases.end_of_run),
+        *record_only("file", "problem"),
     ),
     "No runs are recorded yet.",
 )

@@ -15,7 +15,7 @@ from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation, Response, Role
+from sphero_probe.protocol.packets import USUAL, Command, Generation, Response, Role, SendOptions
 from sphero_probe.runs.fields import Fields
 
 SCHEMA_VERSION: Final = 1
@@ -158,8 +158,19 @@ def _heading(fields: Fields) -> Heading:
 
 
 def _command(fields: Fields) -> Command:
-    return Command(
-        fields.byte("did"), fields.byte("cid"), fields.raw("payload"), fields.byte_or_none("target")
+    ids, payload, target = (fields.byte("did"), fields.byte("cid")), fields.raw("payload"), "target"
+    options = _send_options(fields.inner("options")) if fields.has("options") else USUAL
+    return Command(*ids, payload, fields.byte_or_none(target), options)
+
+
+def _send_options(fields: Fields) -> SendOptions:
+    """Return the flags that a command was sent with; only unusual ones are written."""
+    return SendOptions(
+        fields.flag("answer"),
+        fields.flag("only_errors"),
+        fields.flag("activity"),
+        fields.byte_or_none("source"),
+        fields.flag("without_source"),
     )
 
 

@@ -12,7 +12,7 @@ from typing import Final, assert_never
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Summary
-from sphero_probe.protocol.packets import Command
+from sphero_probe.protocol.packets import USUAL, Command
 from sphero_probe.runs.decode import (
     MAX_LINE,
     MAX_TEXT,
@@ -71,9 +71,10 @@ def encode_finding(finding: Finding) -> bytes:
 
 
 def _command(command: Command) -> str:
-    did, cid, payload, target = command
+    did, cid, payload, target, options = command
     node = "null" if target is None else target
-    return f'"target":{node},"did":{did},"cid":{cid},"payload":"{payload.hex()}"'
+    told = f'"target":{node},"did":{did},"cid":{cid},"payload":"{payload.hex()}"'
+    return told if options is USUAL or options == USUAL else f'{told},"options":{_JSON(options._asdict())}'
 
 
 def _exchange(exchange: Exchange) -> str:

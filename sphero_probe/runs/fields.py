@@ -134,6 +134,10 @@ class Fields:
         held = Fields(data)
         return {word: held.whole(word, 0, _COUNT) for word in words if word in data}
 
+    def inner(self, key: str) -> "Fields":
+        """The fields of an object within the line."""
+        return Fields(self._object(key))
+
     def details(self, key: str) -> dict[str, object]:
         """The details of a note: any JSON of limited depth and size."""
         held = self._object(key)

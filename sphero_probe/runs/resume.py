@@ -5,7 +5,7 @@ consent and a plan's code again.
 """
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
@@ -183,12 +183,13 @@ class RunJournal:
         if self.journal:
             self.journal.record(record)
 
-    def resume_command(self, device: str, consent: Consent) -> str:
+    def resume_command(self, device: str, consent: Consent, tolerate: Iterable[str] = ()) -> str:
         """Return the command line that resumes this run, empty if it cannot be resumed.
 
         Args:
             device: the robot's address as it was given, empty for none.
             consent: what was allowed.
+            tolerate: in what answers were allowed to differ.
         """
         if self.journal is None or not self.journal.resumable:
             return ""
@@ -200,6 +201,7 @@ class RunJournal:
         words += _allowing(consent.words)
         if consent.confirmed:
             words += ["--confirm", consent.confirmed]
+        words += [part for word in tolerate for part in ("--tolerate", word)]
         return shlex.join(words)
 
 

@@ -10,8 +10,9 @@ from sphero_probe.catalogue.leds import Colour, led_commands
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import NUMBER, byte, choose
 from sphero_probe.errors import UsageError
+from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.address import PRIMARY, Address
-from sphero_probe.protocol.packets import Command, Generation
+from sphero_probe.protocol.packets import Command, Generation, SendOptions
 from sphero_probe.session.addressing import usual_target
 
 
@@ -72,6 +73,34 @@ def complete_command(
             f"{row.name} takes arguments: {row.request.text}", "give them as bytes after the command"
         )
     return Command(did, cid, payload or b"", address)
+
+
+def send_options(
+    generation: Generation,
+    *,
+    answer: bool = True,
+    only_errors: bool = False,
+    activity: bool = True,
+    source: str | None = None,
+) -> SendOptions:
+    """Return the flags and the source address to send a command with.
+
+    Args:
+        generation: the protocol.
+        answer: ask for a response.
+        only_errors: ask for one on error only.
+        activity: reset the robot's sleep timer.
+        source: the sender's address as a person wrote it, ``none`` for none, None for the usual one.
+
+    Raises:
+        UsageError: this protocol has no such flag or address, or the address is none.
+    """
+    if not CODECS[generation].has_addresses and (only_errors or source is not None):
+        what = "asks for answers on error only" if only_errors else "carries a source address"
+        raise UsageError(f"no {generation.value.upper()} command {what}", "leave that option out")
+    bare = source is not None and source.lower() == "none"
+    address = None if source is None or bare else byte(source, "source")
+    return SendOptions(answer, only_errors, activity, address, bare)
 
 
 def led_commands_for(

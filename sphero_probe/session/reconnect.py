@@ -130,6 +130,7 @@ class Reconnector:
         old = self.link
         self.link = await self._reconnect()
         self._frames += old.frames_sent
+        self.link.tolerated.update(old.tolerated)
         self.link.events = old.events  # the listeners hear the new link
         await self._check_same_robot()
 

@@ -70,7 +70,7 @@ def attempt(state: State, node: int, asked: Command, mask: frozenset[int], *, no
         mask: devices that refuse lengths even of commands that they do not have.
         now: seconds of the caller's clock.
     """
-    did, cid, payload, _ = asked
+    did, cid, payload, *_ = asked
     bootloader = BEHAVIOURS[state.model.generation].bootloader
     shut_out = state.in_bootloader and did != bootloader
     if shut_out or not state.firmware.has_device(node, did):

@@ -45,7 +45,7 @@ def test_led_commands(
     robot: str, wanted: dict[str, tuple[int, int, int]], off: bool, commands: list[str]
 ) -> None:
     made = led_commands(ROBOTS[robot], wanted, off=off)
-    assert [f"{did:02x} {cid:02x} {payload.hex()}" for did, cid, payload, _ in made] == commands
+    assert [f"{did:02x} {cid:02x} {payload.hex()}" for did, cid, payload, *_ in made] == commands
     assert {command.target for command in made} <= {None}
 
 

@@ -779,13 +779,19 @@ TestUnreliableRobot.settings = settings(max_examples=25, stateful_step_count=30,
 
 
 @pytest.mark.parametrize(
-    ("tolerance", "answer"),
+    ("tolerance", "answer", "words"),
     [
-        pytest.param("source", answer_to(BATTERY, 0, b"\x57", source=0x15), id="another node"),
-        pytest.param("seq", answer_to(BATTERY, 200, b"\x57"), id="another number"),
+        pytest.param(
+            "source", answer_to(BATTERY, 0, b"\x57", source=0x15), "they come from node 5", id="another node"
+        ),
+        pytest.param(
+            "seq", answer_to(BATTERY, 200, b"\x57"), "they carry another sequence number", id="another number"
+        ),
     ],
 )
-def test_a_constant_difference_is_accepted_where_that_was_asked_for(tolerance: str, answer: Response) -> None:
+def test_a_constant_difference_is_accepted_where_that_was_asked_for(
+    tolerance: str, answer: Response, words: str
+) -> None:
     for tolerate, kind in (((tolerance,), Answered), ((), LateResponse)):
         tracker = Tracker(V2, tolerate)
         tracker.ask(BATTERY._replace(target=0x11), now=0.0, timeout=1.0)
@@ -793,6 +799,7 @@ def test_a_constant_difference_is_accepted_where_that_was_asked_for(tolerance: s
         assert isinstance(event, kind)
         if isinstance(event, Answered):
             assert event.response.payload == b"\x57"
+        assert tracker.tolerated == ({words: 1} if tolerate else {})
 
 
 def test_an_answer_with_the_flags_of_a_command_is_accepted_where_that_was_asked_for() -> None:
@@ -804,3 +811,4 @@ def test_an_answer_with_the_flags_of_a_command_is_accepted_where_that_was_asked_
         assert isinstance(event, kind)
         if isinstance(event, Answered):
             assert (event.response.code, event.response.payload) == (0, b"\x57")
+        assert tracker.tolerated == ({"they lack the flag of a response": 1} if tolerate else {})

@@ -7,7 +7,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
-from sphero_probe.probing.confirmation import Confirmations, Confirmed
+from sphero_probe.probing.confirmation import Confirmations, Confirmed, NodeConfirmations
 from sphero_probe.probing.retries import SettledProbe
 from sphero_probe.protocol.packets import Command, Response
 
@@ -25,7 +25,7 @@ def settled(probe: PreparedProbe) -> SettledProbe:
 
 
 def test_a_passed_check_confirms_what_was_sent_before_it() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     answered, silent = settled(prepared(1)), prepared(2)
     assert confirmations.answer(answered, confirmations.checks) == NOTHING
     assert confirmations.silence(silent, confirmations.checks) == NOTHING
@@ -36,7 +36,7 @@ def test_a_passed_check_confirms_what_was_sent_before_it() -> None:
 
 
 def test_a_passed_check_does_not_confirm_what_was_sent_after_it() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     check = confirmations.send(1)
     late = settled(prepared(1))
     assert confirmations.answer(late, confirmations.checks) == NOTHING
@@ -46,7 +46,7 @@ def test_a_passed_check_does_not_confirm_what_was_sent_after_it() -> None:
 
 
 def test_what_was_sent_before_a_passed_check_and_ends_after_it_is_confirmed_at_once() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     stamp = confirmations.checks
     confirmations.passed(confirmations.send(1))
     answered, silent = settled(prepared(1)), prepared(2)
@@ -56,7 +56,7 @@ def test_what_was_sent_before_a_passed_check_and_ends_after_it_is_confirmed_at_o
 
 
 def test_a_later_check_that_passes_first_makes_the_earlier_one_needless() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     early, late = settled(prepared(1)), settled(prepared(2))
     confirmations.answer(early, confirmations.checks)
     first = confirmations.send(1)
@@ -68,7 +68,7 @@ def test_a_later_check_that_passes_first_makes_the_earlier_one_needless() -> Non
 
 
 def test_an_earlier_check_leaves_the_later_one() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     early, late = settled(prepared(1)), settled(prepared(2))
     confirmations.answer(early, confirmations.checks)
     first = confirmations.send(1)
@@ -80,26 +80,33 @@ def test_an_earlier_check_leaves_the_later_one() -> None:
 
 
 def test_a_check_without_questions_confirms_by_being_sent() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     silent = prepared(1)
     confirmations.silence(silent, confirmations.checks)
     assert confirmations.passed(confirmations.send(0), 0) == Confirmed([], [silent])
 
 
-def test_nodes_with_unconfirmed_results() -> None:
+def test_each_node_is_confirmed_by_its_own_checks() -> None:
     confirmations = Confirmations()
     assert confirmations.nodes == set()
-    confirmations.answer(settled(prepared(1, 0x11)), confirmations.checks)
-    confirmations.silence(prepared(2, 0x12), confirmations.checks)
-    check = confirmations.send(1)
-    confirmations.silence(prepared(3, None), confirmations.checks)
-    assert confirmations.nodes == {0x11, 0x12, None}
-    confirmations.passed(check)
-    assert confirmations.nodes == {None}
+    answered, silent = settled(prepared(1, 0x11)), prepared(2, 0x12)
+    confirmations.answer(answered, confirmations.checks)
+    confirmations.silence(silent, confirmations.checks)
+    check = confirmations.send({0x11: 1, 0x12: 1})
+    assert confirmations.nodes == {0x11, 0x12}
+    assert confirmations.passed(check, 0x11) == Confirmed([answered], [])
+    assert (confirmations.confirmed_to(0x11), confirmations.confirmed_to(0x12)) == (check, 0)
+    assert not confirmations.needs(check, 0x11)
+    assert confirmations.needs(check, 0x12)
+    late = settled(prepared(3, 0x11))
+    confirmations.answer(late, confirmations.checks)
+    assert confirmations.clear({0x12}) == Confirmed([], [silent])
+    assert confirmations.nodes == {0x11}
+    assert confirmations.clear() == Confirmed([late], [])
 
 
 def test_clearing_returns_what_is_unconfirmed_and_no_check_is_needed() -> None:
-    confirmations = Confirmations()
+    confirmations = NodeConfirmations()
     answered, silent = settled(prepared(1)), prepared(2)
     check = confirmations.send(2)
     confirmations.passed(check)
@@ -117,7 +124,7 @@ class Run(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.confirmations = Confirmations()
+        self.confirmations = NodeConfirmations()
         self.probes = 0
         self.in_flight: dict[int, int] = {}
         self.unconfirmed: dict[int, tuple[int, bool]] = {}
@@ -193,7 +200,6 @@ class Run(RuleBasedStateMachine):
     @invariant()
     def what_is_left(self) -> None:
         assert bool(self.confirmations) == bool(self.unconfirmed)
-        assert self.confirmations.nodes == {0x11 + number % 3 for number in self.unconfirmed}
         open_checks = {check for check in self.sent_after if self.confirmations.needs(check)}
         assert open_checks == set(self.questions)
 

@@ -84,7 +84,7 @@ def wire(start: str) -> bytes:
 def content_of(packet: ValidPacket) -> Content:
     """A packet's contents as the simple decoder reports them, without the places."""
     match packet:
-        case Request(command=(did, cid, payload, None), seq=seq, source=None, flags=flags):
+        case Request(command=(did, cid, payload, None, _), seq=seq, source=None, flags=flags):
             return (COMMAND, flags, (did, cid, seq), payload)
         case Response(seq, code, payload, None, None, None, None, flags):
             return (RESPONSE, flags, (code, seq), payload)

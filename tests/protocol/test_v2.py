@@ -71,7 +71,7 @@ def frame_view(packet: ValidPacket) -> Frame:
     """A packet's contents in the order of the wire."""
     code: int | None = None
     match packet:
-        case Request(command=(did, cid, payload, target), seq=seq, source=source, flags=flags):
+        case Request(command=(did, cid, payload, target, _), seq=seq, source=source, flags=flags):
             pass
         case Response(seq, code, payload, did, cid, source, target, flags):
             pass

@@ -125,6 +125,7 @@ def test_plain_is_one_record_a_line() -> None:
     assert lines[0].split("\t") == [
         "1",
         "0x11",
+        "0x11",
         "0x13",
         "0x10",
         "power.get_battery_percentage",

@@ -129,6 +129,9 @@ from tests.support.reports_by_hand import CODEC, V2
 def test_packet_has_the_keys_that_apply(packet: Packet, expected: dict[str, Any]) -> None:
     row = packet_row(packet, V2, b"\x8d\xd8")
     assert row.type == "packet"
+    assert row.data.pop("flags") == []  # made by hand, without the flag byte of a frame
+    for key in ("target_means", "source_means"):
+        assert (row.data.pop(key, None) is not None) == (key.removesuffix("_means") in expected)
     assert row.data == {"generation": "v2", "raw": "8dd8", **expected}
     order = [
         "generation",

@@ -48,6 +48,7 @@ def test_an_answered_finding() -> None:
     assert row.data == {
         "number": 1,
         "target": 0x11,
+        "answered_by": 0x11,
         "did": 0x13,
         "cid": 0x10,
         "name": "power.get_battery_percentage",
@@ -77,8 +78,8 @@ def test_an_answered_finding() -> None:
 def test_without_an_answer_its_keys_are_null(finding: Finding) -> None:
     row = finding_row(finding)
     assert list(row.data) == FINDING_KEYS
-    nulls = ("code", "code_name", "payload", "fields", "received", "rtt_ms")
-    assert [row.data[key] for key in nulls] == [None] * 6
+    nulls = ("answered_by", "code", "code_name", "payload", "fields", "received", "rtt_ms")
+    assert [row.data[key] for key in nulls] == [None] * 7
     assert row.data["units"] == {}
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, Blocked, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
-from sphero_probe.protocol.packets import Command, Generation, Response
+from sphero_probe.protocol.packets import Command, Generation, Response, SendOptions
 from sphero_probe.runs.decode import Entry, Intent, Opening
 from sphero_probe.runs.encode import encode
 
@@ -78,6 +78,8 @@ def spelled_out(entry: Entry, resumed: bool) -> dict[str, object]:
         "cid": command.cid,
         "payload": command.payload.hex(),
     }
+    if command.options != SendOptions():
+        held["options"] = command.options._asdict()
     if isinstance(entry, Intent):
         return {"type": "intent", **held, "risk": entry.risk.word}
     held |= {key: told[key] for key in ("outcome", "confidence")}

@@ -39,6 +39,7 @@ PRIMARY, SECONDARY = 0x11, 0x12
 FINDING_KEYS = [
     "number",
     "target",
+    "answered_by",
     "did",
     "cid",
     "name",

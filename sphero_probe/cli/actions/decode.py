@@ -7,6 +7,7 @@ from typing import Final
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
+from sphero_probe.catalogue.dissection import dissect
 from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.cli.hex_stream import read_packets
@@ -18,7 +19,8 @@ from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
-from sphero_probe.reports.rows import packet_row
+from sphero_probe.reports.packet_views import BYTES
+from sphero_probe.reports.rows import byte_row, packet_row
 from sphero_probe.reports.views import PACKETS
 
 _TABLE_ROOM: Final = 1 << 17
@@ -27,13 +29,21 @@ _ROW: Final = 32
 """Bytes that each row counts for besides its packet."""
 
 
-def decode(output: Output, inputs: tuple[str, ...], generation: str | None, model: str | None = None) -> None:
+def decode(
+    output: Output,
+    inputs: tuple[str, ...],
+    generation: str | None,
+    model: str | None = None,
+    *,
+    explain: bool = False,
+) -> None:
     """Show the packets of all inputs.
 
     Args:
         output: where and how.
         inputs: hex bytes, files, or ``-`` for standard input; none means standard input.
         generation: the protocol, ``v1`` or ``v2``; None to tell them apart.
+        explain: show the packets byte by byte.
         model: the robot that sent the packets; None if it is not known.
 
     Raises:
@@ -43,7 +53,7 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None, mode
     robot = None if model is None else robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")]
     good = bad = total = left_out = 0
     room = _TABLE_ROOM if output.format == "table" else None
-    with report(output, PACKETS) as rows:
+    with report(output, BYTES if explain else PACKETS) as rows:
         for stream in _streams(inputs):
             context = CaptureContext(robot)
             sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
@@ -59,10 +69,14 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None, mode
                 raw = CODECS[spoken].frame_of(packet)
                 sensors[spoken].observe(packet)
                 if room is not None:
-                    room = max(0, room - len(raw) - _ROW)
+                    room = max(0, room - (len(raw) * _ROW if explain else len(raw) + _ROW))
                     if not room:
                         left_out += 1
                         continue
+                if explain:
+                    for part in dissect(packet, spoken, raw, robot):
+                        rows.add(byte_row(good + bad, part))
+                    continue
                 rows.add(packet_row(packet, spoken, raw, robot, sensors[spoken]))
     if left_out:
         say(f"Not shown: {left_out} more packets; --format plain or jsonl shows all.")

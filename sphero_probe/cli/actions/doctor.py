@@ -30,7 +30,7 @@ def examine(output: Output, connecting: ConnectOptions, timeout: float) -> None:
             say(f"{step} ...")
 
     opening = OpenOptions(connecting.connect_timeout, connecting.adapter, on_step)
-    checkup = Checkup(connecting.device, opening, timeout)
+    checkup = Checkup(connecting.device, opening, timeout, connecting.tolerate)
 
     async def work() -> None:
         with report(output, CHECKS) as rows:

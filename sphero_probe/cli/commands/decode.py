@@ -19,8 +19,13 @@ from sphero_probe.cli.values import Output
     help="Decode for this model, like bolt-plus.",
     shell_complete=offer("robots"),
 )
+@click.option(
+    "--explain", is_flag=True, help="Print each packet byte by byte: offset, raw, field, value, meaning."
+)
 @output_options
-def command(output: Output, inputs: tuple[str, ...], generation: str | None, model: str | None) -> None:
+def command(
+    output: Output, inputs: tuple[str, ...], generation: str | None, model: str | None, explain: bool
+) -> None:
     """Decode packets from hex bytes, files (binary or hex text) or standard input (-).
 
     V1 and V2 packets are recognised, also within one input. Bytes that are not a packet are shown with the
@@ -30,4 +35,4 @@ def command(output: Output, inputs: tuple[str, ...], generation: str | None, mod
     """
     from sphero_probe.cli.actions.decode import decode
 
-    decode(output, inputs, generation, model)
+    decode(output, inputs, generation, model, explain=explain)

@@ -17,12 +17,11 @@ from sphero_probe.link.policy import IMPOSSIBLE_CIDS
 from sphero_probe.probing.comparison import claimed_devices
 from sphero_probe.probing.finding import Finding, Outcome
 from sphero_probe.probing.plan import Plan, Probe, Stage
+from sphero_probe.probing.system import NODES
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Generation, Verdict
 
-NODES: Final = range(1, 5)
-"""Node numbers that are looked for; no robot is known to have more than two."""
 LENGTHS: Final = (1, 2, 4, 16, 8, 3, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20, 0)
 """Payload lengths to try, likely ones first [commands_v2]; 0 comes last, as it executes the most."""
 VALUES: Final = (1, 2, 4, 8, 16, 32, 64, 128, 255)

@@ -54,4 +54,8 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
         from sphero_probe.reports.formats.sweep_table import SweepTable  # noqa: PLC0415 - lists do without asyncio
 
         return SweepTable(out, style, view.empty)
+    if view.type == "node":
+        from sphero_probe.reports.formats.nodes_table import NodesTable  # noqa: PLC0415 - likewise
+
+        return NodesTable(out, style, view.empty)
     return ListTable(out, view, style)
