@@ -1,0 +1,69 @@
+"""A file as the container readers see it: exact reads, a look ahead, the end of the last whole record."""
+
+from typing import BinaryIO, Final
+
+MAX_RECORD: Final = 1 << 18
+"""Bytes of the longest record that is kept; no Bluetooth packet is a quarter as long."""
+
+
+class UnreadableError(Exception):
+    """The file cannot be read on from here; the text says why."""
+
+
+class CutShortError(UnreadableError):
+    """The file ends inside a record."""
+
+
+class Source:
+    """A binary file, read once from start to end.
+
+    Attributes:
+        whole: bytes up to the end of the last whole record.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        """Read from where the file stands."""
+        self._read = file.read
+        self._ahead = b""
+        self._offset = 0
+        self.whole = 0
+
+    def peek(self, size: int) -> bytes:
+        """Return the next bytes without taking them; fewer at the end."""
+        while len(self._ahead) < size and (more := self._read(size - len(self._ahead))):
+            self._ahead += more
+        return self._ahead[:size]
+
+    def more(self) -> bool:
+        """Whether anything follows; called between records only."""
+        self.whole = self._offset
+        return bool(self.peek(1))
+
+    def take(self, size: int) -> bytes:
+        """Return exactly so many bytes.
+
+        Raises:
+            UnreadableError: the file ends before, or no record is so long.
+        """
+        if size > MAX_RECORD:
+            raise UnreadableError(f"a record of {size} bytes")
+        taken = self._ahead[:size]
+        self._ahead = self._ahead[size:]
+        while len(taken) < size:
+            more = self._read(size - len(taken))
+            if not more:
+                raise CutShortError("the file ends inside a record")
+            taken += more
+        self._offset += size
+        return taken
+
+    def skip(self, size: int) -> None:
+        """Pass over so many bytes.
+
+        Raises:
+            CutShortError: the file ends before.
+        """
+        while size:
+            piece = min(size, MAX_RECORD)
+            self.take(piece)
+            size -= piece
