@@ -23,6 +23,7 @@ class _Interface(NamedTuple):
     link: int
     per_second: int
     offset: int
+    longest: int
 
 
 class _Section:
@@ -51,18 +52,19 @@ class _Section:
     def add_interface(self, body: bytes) -> None:
         if len(self.interfaces) >= _MAX_INTERFACES:
             raise UnreadableError(f"more than {_MAX_INTERFACES} interfaces")
-        (link,) = Struct(f"{self.order}H").unpack_from(body)
+        link, longest = Struct(f"{self.order}HxxI").unpack_from(body)
         options = self.options(body[8:])
         power = (options.get(_OPT_RESOLUTION) or b"\x06")[0]
         offset = options.get(_OPT_OFFSET, b"")
         seconds = int.from_bytes(offset, "big" if self.order == ">" else "little", signed=True)
         per_second = 2 ** (power & 0x7F) if power & 0x80 else 10**power
-        self.interfaces.append(_Interface(self.next_number, link, per_second, seconds))
+        self.interfaces.append(_Interface(self.next_number, link, per_second, seconds, longest))
 
     def packet(self, kind: int, body: bytes) -> Record | None:
         if kind == _SIMPLE:
             (size,) = Struct(f"{self.order}I").unpack_from(body)
             interface = self.interfaces[0]
+            size = min(size, interface.longest or size)
             return Record(None, interface.link, body[4 : 4 + size], interface.number)
         shape = "IIIII" if kind == _PACKET else "HxxIIII"
         index, high, low, size, _ = Struct(f"{self.order}{shape}").unpack_from(body)

@@ -1,15 +1,13 @@
-"""Every container and link type gives the packets of the one conversation that all of them were written from."""
+"""Every container and link type gives the packets of the conversation that they were written from."""
 
 import io
 
 import pytest
 
-from sphero_probe.captures.events import AttPacket
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.reader import Capture, open_capture
 from sphero_probe.errors import BadInputFileError
-from sphero_probe.protocol.packets import Command, Generation, Malformed, Request, Response
-from sphero_probe.protocol.v2 import V2
+from sphero_probe.protocol.packets import Malformed, Request
 from tests.support import capture_writers as writers
 from tests.support.capture_conversation import (
     START,
@@ -25,6 +23,7 @@ from tests.support.capture_conversation import (
     woven,
     write,
 )
+from tests.support.capture_radio import Air
 from tests.support.captures import CAPTURES, TALK
 
 
@@ -72,7 +71,7 @@ def test_every_frame_is_read_once_and_robots_stay_apart(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind in CAPTURES if "simple" not in kind])
 def test_times_are_those_of_the_conversation(kind: str) -> None:
-    read: list[AttPacket] = list(opened(CAPTURES[kind]()).att_packets())
+    read = list(opened(CAPTURES[kind]()).att_packets())
     off = [abs((packet.time or 0) - said.time * 1000) for packet, said in zip(read, TALK, strict=True)]
     radio = any(link in kind for link in ("251", "256", "272"))
     assert max(off) <= (5_000_000 if radio else 1_000)
@@ -162,8 +161,6 @@ def test_a_cut_file_gives_all_whole_records(kind: str) -> None:
 
 
 def test_an_encrypted_connection_on_the_air_is_said_to_be() -> None:
-    from tests.support.capture_radio import Air  # noqa: PLC0415 - one test needs it
-
     air = Air(256)
     air.advertise(START, 0)
     air.send(START + 10_000, 0, 3, b"\x05", sent=False)

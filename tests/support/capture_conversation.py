@@ -122,7 +122,7 @@ def found_v1() -> list[tuple[bool, bytes]]:
 
 
 def foreign() -> list[tuple[bool, bytes]]:
-    """A thermometer: one value looks like the start of a frame, one characteristic is a stranger's by UUID."""
+    """A thermometer: a frame on a characteristic of its own, and values that begin as frames."""
     return [
         *discovery((0x30, "0000fff1-0000-1000-8000-00805f9b34fb")),
         notify(0x30, BATTERY),

@@ -77,12 +77,22 @@ class Air:
             data = struct.pack("<BbbBIH", 3, -50, -90, 0, access, flags) + data
         elif self.link == 272:
             radio = struct.pack("<BBBBHI", 10, 1 | bool(sent) << 1, 3, 50, 1, time & 0xFFFFFFFF)
-            data = b"\x07" + struct.pack("<HBHB", len(radio + data), 3, len(self.packets), 6) + radio + data
+            data = (
+                b"\x07"
+                + struct.pack("<HBHB", len(radio + data), 3, len(self.packets), 2 if sent is None else 6)
+                + radio
+                + data
+            )
         self.packets.append(Raw(time, self.link, data))
 
 
-def radio(talk: Iterable[Att], link: int, size: int = 27) -> list[Raw]:
-    """Talk in connection events: central first, the peripheral 150 µs behind it, empty packets in between."""
+def radio(
+    talk: Iterable[Att], link: int, size: int = 27, *, damaged: bool = True, repeated: bool = True
+) -> list[Raw]:
+    """Talk in connection events: central first, the peripheral 150 µs behind it, empty packets in between.
+
+    Some packets come damaged first, some are sent again, where that is wanted.
+    """
     air = Air(link)
     packets = list(talk)
     for connection in sorted({packet.connection for packet in packets}):
@@ -96,8 +106,8 @@ def radio(talk: Iterable[Att], link: int, size: int = 27) -> list[Raw]:
                 air.send(now, connection, 1, b"", sent=True)
                 now += 80 + 150
             air.send(now, connection, kind, piece, sent=sent)
-            if number % 5 == 0 and sent:
+            if damaged and number % 5 == 0 and sent:
                 air.damage(1_000)
-            if number % 3 == 0 and sent:
+            if repeated and number % 3 == 0 and sent:
                 air.send(now + 1_000, connection, kind, piece, sent=sent, new=False)
     return air.packets

@@ -155,7 +155,7 @@ def pcapng(
     file = section(order) + block(order, 0x0BAD, b"custom") + block(order, 4, b"\0" * 8)
     for link in links:
         options = option(order, 9, bytes((resolution,))) + option(order, 14, struct.pack(f"{order}q", offset))
-        file += block(order, 1, struct.pack(f"{order}HHI", link, 0, 0) + options + option(order, 0, b""))
+        file += block(order, 1, struct.pack(f"{order}HHI", link, 0, 65535) + options + option(order, 0, b""))
     per_second = 2 ** (resolution & 0x7F) if resolution & 0x80 else 10**resolution
     for packet in listed:
         if simple:

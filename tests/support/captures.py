@@ -33,7 +33,7 @@ CAPTURES: Final[dict[str, Callable[[], bytes]]] = {
     "pcapng 201, big": lambda: writers.pcapng(_raw(201), ">"),
     "pcapng 201, ns": lambda: writers.pcapng(_raw(201), resolution=9, offset=1_600_000_000),
     "pcapng 201, binary": lambda: writers.pcapng(_raw(201), resolution=0x80 | 24, offset=1_600_000_000),
-    "pcapng 201, simple": lambda: writers.pcapng(_raw(201), simple=True),
+    "pcapng 187, simple": lambda: writers.pcapng(_raw(187), simple=True),
     "pcapng 254": lambda: writers.pcapng(_raw(254)),
     "pcapng 251": lambda: writers.pcapng(radio(TALK, 251)),
     "pcap 251": lambda: writers.pcap(radio(TALK, 251)),
