@@ -149,7 +149,7 @@ def section(order: str) -> bytes:
 def pcapng(
     packets: Iterable[Raw], order: str = "<", *, resolution: int = 6, offset: int = 0, simple: bool = False
 ) -> bytes:
-    """One section, an interface for each link type; ``resolution`` as in if_tsresol, ``offset`` in seconds."""
+    """One section, an interface for each link type; ``resolution`` as in if_tsresol, ``offset`` in s."""
     listed = list(packets)
     links = list(dict.fromkeys(packet.link for packet in listed))
     file = section(order) + block(order, 0x0BAD, b"custom") + block(order, 4, b"\0" * 8)
