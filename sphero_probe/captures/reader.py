@@ -1,7 +1,7 @@
 """A capture file in, the packets of the robots in it out, and what else was in it."""
 
 from collections.abc import Callable, Iterator
-from typing import BinaryIO, Final
+from typing import Final
 
 from sphero_probe.captures.containers import Container, recognise
 from sphero_probe.captures.conversation import Conversation, Conversations
@@ -19,7 +19,7 @@ from sphero_probe.captures.events import (
 )
 from sphero_probe.captures.hci import HciReader
 from sphero_probe.captures.l2cap import Reassembler
-from sphero_probe.captures.link_layer import LinkLayerReader
+from sphero_probe.captures.link_layer import ENCRYPTED, LinkLayerReader
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.record import (
     HCI_H4,
@@ -103,11 +103,16 @@ class Capture:
     @property
     def said(self) -> str:
         """What was in the file, in a line."""
-        parts = [f"{self.records} packets", f"{self.connections} connections", f"{self.values} values"]
-        parts.append(f"{self.found} Sphero packets" if self.found else "no Sphero")
-        if self._robots.unanswered:
-            parts.append(f"{self._robots.unanswered} frames that add up, but too few to tell a robot")
-        parts += [f"{count} {what}" for what, count in self.counts.items() if count]
+        parts = [_many(self.records, "packet"), _many(self.connections, "connection")]
+        parts += [
+            _many(self.values, "value"),
+            _many(self.found, "Sphero packet") if self.found else "no Sphero",
+        ]
+        if not self.found and (near := self._robots.unanswered):
+            parts.append(f"{_many(near, 'frame')} without an answer, too few to tell a robot")
+        parts += [f"{what}: {count}" for what, count in self.counts.items() if count]
+        if self.counts[ENCRYPTED]:
+            parts.append("record HCI on the host, or decrypt with the key in Wireshark and export that")
         if self.cut is not None:
             parts.append(f"cut after {self.cut} bytes: {self.why}")
         return f"{self.container}: {', '.join(parts)}"
@@ -187,17 +192,20 @@ class Capture:
             yield from self._robots.end(talk)
 
 
-def open_capture(file: BinaryIO, name: str) -> Capture | None:
-    """Return the capture in a file; None where the file is none, and then it has been read a little.
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def open_capture(source: Source, name: str) -> Capture | None:
+    """Return the capture in a file; None where the file is none, and then nothing has been taken from it.
 
     Args:
-        file: what to read, at its start.
+        source: what to read, at its start.
         name: what it is called in messages.
 
     Raises:
         BadInputFileError: it is a capture of a format that is not read.
     """
-    source = Source(file)
     container = recognise(source)
     if container is None:
         return None

@@ -21,10 +21,11 @@ class Source:
         whole: bytes up to the end of the last whole record.
     """
 
-    def __init__(self, file: BinaryIO) -> None:
-        """Read from where the file stands."""
+    def __init__(self, file: BinaryIO, ahead: bytes = b"") -> None:
+        """Read from where the file stands; ``ahead`` is what was read of it before."""
         self._read = file.read
-        self._ahead = b""
+        self._some = getattr(file, "read1", file.read)
+        self._ahead = ahead
         self._offset = 0
         self.whole = 0
 
@@ -33,6 +34,13 @@ class Source:
         while len(self._ahead) < size and (more := self._read(size - len(self._ahead))):
             self._ahead += more
         return self._ahead[:size]
+
+    def read1(self, size: int) -> bytes:
+        """Return the next bytes, whatever is there, for who reads the file as something else."""
+        ahead, self._ahead = self._ahead[:size], self._ahead[size:]
+        return ahead or self._some(size)
+
+    read = read1
 
     def more(self) -> bool:
         """Whether anything follows; called between records only."""

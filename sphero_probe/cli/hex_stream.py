@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import BinaryIO, Final
+from typing import Final, Protocol
 
 from sphero_probe.cli.parse import odd_digits, two_readings
 from sphero_probe.errors import BadInputFileError
@@ -23,11 +23,21 @@ _PLAIN: Final = b"0123456789abcdefABCDEF \n"
 _GOOD_PREFIX: Final = re.compile(rb"(?<![^ \n])0[xX](?=[0-9a-fA-F])")
 _PREFIX: Final = re.compile(rb"0[xX]")
 _ONE_DIGIT: Final = re.compile(rb"(?<![0-9a-fA-F])([0-9a-fA-F])(?![0-9a-fA-F])")
+
+
+class Reads(Protocol):
+    """A file as far as it is needed here."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return at most so many bytes."""
+        ...
+
+
 _GAP: Final = 64
 """Blanks around a line break across which two digits may belong together."""
 
 
-def read_packets(file: BinaryIO, name: str) -> Iterator[bytes]:
+def read_packets(file: Reads, name: str) -> Iterator[bytes]:
     """Yield a file's bytes as they arrive, hex text converted to bytes; ``b""`` at the end.
 
     The first chunk decides whether the whole file is read as hex text.

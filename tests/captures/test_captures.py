@@ -6,6 +6,7 @@ import pytest
 
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.reader import Capture, open_capture
+from sphero_probe.captures.source import Source
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.protocol.packets import Malformed, Request
 from tests.support import capture_writers as writers
@@ -28,7 +29,7 @@ from tests.support.captures import CAPTURES, TALK
 
 
 def opened(file: bytes) -> Capture:
-    capture = open_capture(io.BytesIO(file), "a file")
+    capture = open_capture(Source(io.BytesIO(file)), "a file")
     assert capture
     return capture
 
@@ -92,7 +93,7 @@ def test_one_robot_by_traffic_alone() -> None:
 def test_a_single_frame_that_nothing_answers_tells_no_robot() -> None:
     capture = opened(writers.btsnoop(writers.hci(woven([write(0x52, v2_command(5, 0x13, 0x10))]))))
     assert not list(capture.packets())
-    assert "no Sphero, 1 frames that add up, but too few to tell a robot" in capture.said
+    assert "no Sphero, 1 frame without an answer, too few to tell a robot" in capture.said
 
 
 def test_a_foreign_capture_gives_nothing_and_says_what_was_in_it() -> None:
@@ -167,7 +168,7 @@ def test_an_encrypted_connection_on_the_air_is_said_to_be() -> None:
     air.send(START + 20_000, 0, 2, writers.l2cap(write(0x1C, v2_command(5, 0x13, 0x10))[1]), sent=True)
     capture = opened(writers.pcap(air.packets))
     assert not list(capture.packets())
-    assert "1 packets of encrypted connections" in capture.said
+    assert "packets of encrypted connections: 1, record HCI on the host" in capture.said
 
 
 @pytest.mark.parametrize("ways", [True, False], ids=["both ways told apart", "one stream"])
@@ -214,11 +215,11 @@ def test_what_cannot_be_read_says_so(file: bytes, message: str) -> None:
     "file", [b"", b"\x8d", b"8d 0a 13 10 07 cb d8", b"\xff\xff\x00\x01\x01\xfd" * 9, b"btsnoo"]
 )
 def test_what_is_no_capture_is_none(file: bytes) -> None:
-    assert open_capture(io.BytesIO(file), "a file") is None
+    assert open_capture(Source(io.BytesIO(file)), "a file") is None
 
 
 def test_an_unread_interface_beside_a_read_one_is_counted() -> None:
     raw = [writers.Raw(START, 1, bytes(60)), *writers.as_raw(writers.hci(woven(found_v2())), 201)]
     capture = opened(writers.pcapng(raw))
     assert [packet.raw for packet in capture.packets()] == V2_FRAMES
-    assert "1 packets of link type 1" in capture.said
+    assert "packets of link type 1: 1" in capture.said

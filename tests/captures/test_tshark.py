@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sphero_probe.captures.reader import open_capture
+from sphero_probe.captures.source import Source
 from tests.support.capture_radio import radio
 from tests.support.capture_writers import pcap, pcapng
 from tests.support.captures import CAPTURES, TALK
@@ -45,7 +46,7 @@ def by_tshark(path: Path) -> list[Said]:
 
 
 def by_us(path: Path) -> list[Said]:
-    capture = open_capture(io.BytesIO(path.read_bytes()), "a file")
+    capture = open_capture(Source(io.BytesIO(path.read_bytes())), "a file")
     assert capture
     said: list[Said] = []
     for packet in capture.att_packets():

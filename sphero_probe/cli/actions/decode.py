@@ -2,14 +2,19 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final, NamedTuple
 
+from sphero_probe.captures.reader import Capture, open_capture
+from sphero_probe.captures.source import Source
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
-from sphero_probe.cli.hex_stream import read_packets
+from sphero_probe.cli.captured import captured_rows
+from sphero_probe.cli.hex_stream import CHUNK, read_packets
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import hex_bytes, is_hex
@@ -17,12 +22,16 @@ from sphero_probe.cli.values import Output
 from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
-from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
-from sphero_probe.reports.rows import packet_row
+from sphero_probe.protocol.packets import Generation, Packet, Role
+from sphero_probe.reports.captures import CAPTURED
+from sphero_probe.reports.registry import Report
+from sphero_probe.reports.rows import Row, packet_row
 from sphero_probe.reports.views import PACKETS
 
 _TABLE_ROOM: Final = 1 << 17
 """Bytes of packets that fit into a table, which is held in memory."""
+_LEAST_CAPTURE: Final = 12
+"""Bytes of the shortest start of a capture; writers send it in one piece."""
 _ROW: Final = 32
 """Bytes that each row counts for besides its packet."""
 
@@ -41,36 +50,72 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None, mode
         BadInputFileError: a file cannot be read, or there is no packet in all inputs.
     """
     robot = None if model is None else robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")]
-    good = bad = total = left_out = 0
-    room = _TABLE_ROOM if output.format == "table" else None
-    with report(output, PACKETS) as rows:
-        for stream in _streams(inputs):
-            context = CaptureContext(robot)
-            sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
-            for size, spoken, heard in _packets(stream, Generation(generation) if generation else None):
-                total += size
-                if heard is None:
-                    continue
-                packet = context.complete(spoken, heard)
-                if isinstance(packet, Malformed):
-                    bad += 1
-                else:
-                    good += 1
-                raw = CODECS[spoken].frame_of(packet)
-                sensors[spoken].observe(packet)
-                if room is not None:
-                    room = max(0, room - len(raw) - _ROW)
-                    if not room:
-                        left_out += 1
-                        continue
-                rows.add(packet_row(packet, spoken, raw, robot, sensors[spoken]))
-    if left_out:
-        say(f"Not shown: {left_out} more packets; --format plain or jsonl shows all.")
-    if not good:
+    fixed = Generation(generation) if generation else None
+    streams = _streams(inputs)
+    first = next(streams)
+    shown = _Shown(output.format == "table")
+    captures: list[str] = []
+    with report(output, CAPTURED if isinstance(first, _Recording) else PACKETS) as rows:
+        for stream in chain((first,), streams):
+            if isinstance(stream, _Recording):
+                found = ((captured.raw, row) for captured, _, row in captured_rows(stream.capture, robot))
+                shown.all(rows, found)
+                captures.append(f"{stream.name}: {stream.capture.said}")
+            else:
+                shown.all(rows, _rows(stream, fixed, robot, shown))
+    for said in captures:
+        say(said)
+    if shown.left_out:
+        say(f"Not shown: {shown.left_out} more packets; --format plain or jsonl shows all.")
+    if not shown.good and not captures:
         raise BadInputFileError(
-            f"no packet in {total} bytes ({bad} malformed)",
+            f"no packet in {shown.total} bytes ({shown.bad} malformed)",
             "a V2 packet starts with 8d and ends with d8, a V1 packet starts with ff ff or ff fe",
         )
+
+
+class _Recording(NamedTuple):
+    """A capture among the inputs."""
+
+    name: str
+    capture: Capture
+
+
+class _Shown:
+    """Counts what was read, and how much of it still fits into a table."""
+
+    def __init__(self, table: bool) -> None:
+        self.good = self.bad = self.total = self.left_out = 0
+        self._room = _TABLE_ROOM if table else None
+
+    def all(self, rows: Report, found: Iterable[tuple[bytes, Row]]) -> None:
+        """Show rows with their frames, as many as fit."""
+        for raw, row in found:
+            if row.data["kind"] == "malformed":
+                self.bad += 1
+            else:
+                self.good += 1
+            if self._room is not None:
+                self._room = max(0, self._room - len(raw) - _ROW)
+                if not self._room:
+                    self.left_out += 1
+                    continue
+            rows.add(row)
+
+
+def _rows(
+    stream: Iterable[bytes], fixed: Generation | None, robot: Robot | None, shown: _Shown
+) -> Iterator[tuple[bytes, Row]]:
+    """Yield the frames of a stream of bytes and their rows."""
+    context = CaptureContext(robot)
+    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    for size, spoken, heard in _packets(stream, fixed):
+        shown.total += size
+        if heard is not None:
+            packet = context.complete(spoken, heard)
+            raw = CODECS[spoken].frame_of(packet)
+            sensors[spoken].observe(packet)
+            yield raw, packet_row(packet, spoken, raw, robot, sensors[spoken])
 
 
 def _packets(
@@ -89,23 +134,31 @@ def _packets(
                 yield 0, spoken, packet
 
 
-def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes]]:
-    """Yield the byte streams that the arguments name; each ends with an empty chunk."""
+def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording]:
+    """Yield captures and byte streams as the arguments name them; a stream ends with an empty chunk."""
     if not inputs:
         if sys.stdin.isatty():
             raise UsageError("nothing to decode", "give hex bytes, a file, or - for standard input")
         inputs = ("-",)
-    if all(is_hex(text) for text in inputs):
+    if all(is_hex(text) and not Path(text).is_file() for text in inputs):
         yield (hex_bytes(" ".join(inputs), "packet"), b"")
         return
     for text in inputs:
         if text == "-":
-            yield read_packets(sys.stdin.buffer, "standard input")
-        elif is_hex(text):
+            yield _read(sys.stdin.buffer, "standard input")
+        elif is_hex(text) and not Path(text).is_file():
             yield (hex_bytes(text, "packet"), b"")
         else:
             try:
                 with Path(text).open("rb") as file:
-                    yield read_packets(file, text)
+                    yield _read(file, text)
             except OSError as error:
                 raise BadInputFileError(f"{text}: {error.strerror}", "give hex bytes or a file") from error
+
+
+def _read(file: BinaryIO, name: str) -> Iterable[bytes] | _Recording:
+    """Return what a file is; only its first piece decides, for more may be long in coming."""
+    first = getattr(file, "read1", file.read)(CHUNK)
+    source = Source(file, first)
+    capture = open_capture(source, name) if len(first) >= _LEAST_CAPTURE else None
+    return _Recording(name, capture) if capture else read_packets(source, name)
