@@ -37,6 +37,11 @@ _GAP: Final = 64
 """Blanks around a line break across which two digits may belong together."""
 
 
+def is_hex_text(first: bytes) -> bool:
+    """Whether the start of a file decides that it is hex text."""
+    return bool(first) and _HEX_TEXT.issuperset(first)
+
+
 def read_packets(file: Reads, name: str) -> Iterator[bytes]:
     """Yield a file's bytes as they arrive, hex text converted to bytes; ``b""`` at the end.
 
@@ -52,7 +57,7 @@ def read_packets(file: Reads, name: str) -> Iterator[bytes]:
     read = getattr(file, "read1", file.read)
     chunks = iter(lambda: read(CHUNK), b"")
     first = next(chunks, b"")
-    if first and _HEX_TEXT.issuperset(first):
+    if is_hex_text(first):
         yield from unhexed(chain((first,), chunks), name)
     else:
         yield first

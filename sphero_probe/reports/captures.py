@@ -44,6 +44,12 @@ def captured_row(
     )
 
 
+def placed(row: Row, time: str | None, to_robot: bool | None) -> Row:
+    """Return the row of a packet of a text, with time, as the text writes it, and direction."""
+    told = {"time": time, "direction": None if to_robot is None else _DIRECTIONS[to_robot]}
+    return Row(row.type, row.data | {key: value for key, value in told.items() if value is not None})
+
+
 def time_text(time: int | None) -> str | None:
     """Return nanoseconds since 1970 as RFC 3339 UTC, None where no calendar has them."""
     try:
@@ -129,7 +135,7 @@ def _id(key: str) -> Column:
 
 
 def _clock(data: Data) -> str:
-    return shown(data.get("time"))[11:].rstrip("Z")
+    return shown(data.get("time")).rpartition("T")[2].rstrip("Z")
 
 
 _WHERE: Final = ("time", "direction", "connection")

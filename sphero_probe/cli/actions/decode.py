@@ -6,15 +6,19 @@ from itertools import chain
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
 
+from sphero_probe.captures.dumps import begins_as_dump
+from sphero_probe.captures.pasted import pasted_bytes
 from sphero_probe.captures.reader import Capture, open_capture
 from sphero_probe.captures.source import Source
+from sphero_probe.captures.text import is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
+from sphero_probe.cli import hex_stream
 from sphero_probe.cli.captured import captured_rows
-from sphero_probe.cli.hex_stream import CHUNK, read_packets
+from sphero_probe.cli.hex_stream import is_hex_text, read_packets
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import hex_bytes, is_hex
@@ -23,7 +27,7 @@ from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
 from sphero_probe.protocol.packets import Generation, Packet, Role
-from sphero_probe.reports.captures import CAPTURED
+from sphero_probe.reports.captures import CAPTURED, placed
 from sphero_probe.reports.registry import Report
 from sphero_probe.reports.rows import Row, packet_row
 from sphero_probe.reports.views import PACKETS
@@ -55,12 +59,14 @@ def decode(output: Output, inputs: tuple[str, ...], generation: str | None, mode
     first = next(streams)
     shown = _Shown(output.format == "table")
     captures: list[str] = []
-    with report(output, CAPTURED if isinstance(first, _Recording) else PACKETS) as rows:
+    with report(output, CAPTURED if isinstance(first, _Recording | _Text) else PACKETS) as rows:
         for stream in chain((first,), streams):
             if isinstance(stream, _Recording):
                 found = ((captured.raw, row) for captured, _, row in captured_rows(stream.capture, robot))
                 shown.all(rows, found)
                 captures.append(f"{stream.name}: {stream.capture.said}")
+            elif isinstance(stream, _Text):
+                shown.all(rows, _text_rows(stream, fixed, robot, shown))
             else:
                 shown.all(rows, _rows(stream, fixed, robot, shown))
     for said in captures:
@@ -79,6 +85,12 @@ class _Recording(NamedTuple):
 
     name: str
     capture: Capture
+
+
+class _Text(NamedTuple):
+    """A text among the inputs that is more than hex tokens: a dump, a log, pasted bytes."""
+
+    lines: Iterator[str]
 
 
 class _Shown:
@@ -118,6 +130,20 @@ def _rows(
             yield raw, packet_row(packet, spoken, raw, robot, sensors[spoken])
 
 
+def _text_rows(
+    text: _Text, fixed: Generation | None, robot: Robot | None, shown: _Shown
+) -> Iterator[tuple[bytes, Row]]:
+    """Yield the frames of a text and their rows."""
+    context = CaptureContext(robot)
+    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    for time, to_robot, spoken, heard in logged_packets(text.lines, fixed):
+        packet = context.complete(spoken, heard)
+        raw = CODECS[spoken].frame_of(packet)
+        shown.total += len(raw)
+        sensors[spoken].observe(packet)
+        yield raw, placed(packet_row(packet, spoken, raw, robot, sensors[spoken]), time, to_robot)
+
+
 def _packets(
     stream: Iterable[bytes], fixed: Generation | None
 ) -> Iterator[tuple[int, Generation, Packet | None]]:
@@ -134,31 +160,67 @@ def _packets(
                 yield 0, spoken, packet
 
 
-def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording]:
+def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording | _Text]:
     """Yield captures and byte streams as the arguments name them; a stream ends with an empty chunk."""
     if not inputs:
         if sys.stdin.isatty():
             raise UsageError("nothing to decode", "give hex bytes, a file, or - for standard input")
         inputs = ("-",)
-    if all(is_hex(text) and not Path(text).is_file() for text in inputs):
+    if all(is_hex(text) and not _is_file(text) for text in inputs):
         yield (hex_bytes(" ".join(inputs), "packet"), b"")
         return
     for text in inputs:
         if text == "-":
             yield _read(sys.stdin.buffer, "standard input")
-        elif is_hex(text) and not Path(text).is_file():
-            yield (hex_bytes(text, "packet"), b"")
+        elif (typed := _typed(text)) is not None:
+            yield (typed, b"")
         else:
             try:
                 with Path(text).open("rb") as file:
                     yield _read(file, text)
-            except OSError as error:
-                raise BadInputFileError(f"{text}: {error.strerror}", "give hex bytes or a file") from error
+            except (OSError, ValueError) as error:
+                why = error.strerror if isinstance(error, OSError) else "no bytes in a form that is known"
+                raise BadInputFileError(f"{text}: {why}", "give hex bytes or a file") from error
 
 
-def _read(file: BinaryIO, name: str) -> Iterable[bytes] | _Recording:
+def _typed(text: str) -> bytes | None:
+    """Return the bytes that an argument stands for, None where it is the name of a file.
+
+    Raises:
+        UsageError: it may stand for different bytes.
+    """
+    if _is_file(text):
+        return None
+    return hex_bytes(text, "packet") if is_hex(text) else pasted_bytes(text)
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):  # too long for a name, or with a character that no name has
+        return False
+
+
+def _read(file: BinaryIO, name: str) -> Iterable[bytes] | _Recording | _Text:
     """Return what a file is; only its first piece decides, for more may be long in coming."""
-    first = getattr(file, "read1", file.read)(CHUNK)
+    first = getattr(file, "read1", file.read)(hex_stream.CHUNK)
     source = Source(file, first)
     capture = open_capture(source, name) if len(first) >= _LEAST_CAPTURE else None
-    return _Recording(name, capture) if capture else read_packets(source, name)
+    if capture:
+        return _Recording(name, capture)
+    if begins_as_dump(first) or (is_text(first) and not is_hex_text(first)):
+        return _Text(_lines(source))
+    return read_packets(source, name)
+
+
+def _lines(source: Source) -> Iterator[str]:
+    """Yield the lines of a text, very long ones in pieces."""
+    held = b""
+    while piece := source.read1(hex_stream.CHUNK):
+        *lines, held = (held + piece).split(b"\n")
+        yield from (line.decode("utf-8", "replace") for line in lines)
+        if len(held) > hex_stream.CHUNK:
+            yield held.decode("utf-8", "replace")
+            held = b""
+    if held:
+        yield held.decode("utf-8", "replace")
