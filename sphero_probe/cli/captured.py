@@ -1,20 +1,44 @@
 """The packets of a capture, with what their neighbours and the catalogue tell about them."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Final
 
 from sphero_probe.captures.packet import CapturedPacket
-from sphero_probe.captures.reader import Capture
+from sphero_probe.captures.reader import Capture, open_capture
+from sphero_probe.captures.source import Source
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.robots import robot_by_prefix
 from sphero_probe.catalogue.streams import StreamDecoder
+from sphero_probe.errors import BadInputFileError
 from sphero_probe.protocol.packets import Generation, Packet
 from sphero_probe.reports.captures import captured_row
 from sphero_probe.reports.rows import Row
 
 _MAX_CONNECTIONS: Final = 64
 """Connections whose context is kept."""
+
+
+@contextmanager
+def capture_in(path: str) -> Iterator[Capture]:
+    """Open a capture.
+
+    Raises:
+        BadInputFileError: there is no such file, or it is no capture.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            capture = open_capture(Source(file), path)
+            if capture is None:
+                raise BadInputFileError(
+                    f"{path}: not a btsnoop, pcap, pcapng or PacketLogger file",
+                    "bytes and text are for: sphero-probe decode",
+                )
+            yield capture
+    except OSError as error:
+        raise BadInputFileError(f"{path}: {error.strerror}") from error
 
 
 class _Context:

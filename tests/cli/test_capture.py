@@ -182,3 +182,37 @@ def test_a_robots_name_is_made_harmless(cli: Cli, tmp_path: Path) -> None:
         ran = cli("capture", "show", str(path), "--format", form)
         assert "\x1b" not in ran.out + ran.err
     assert json.loads(cli("capture", "show", str(path), "--format", "jsonl").out.splitlines()[0])
+
+
+def test_a_sweep_asks_what_the_app_was_seen_to_send(cli: Cli, recorded: str) -> None:
+    ran = cli(
+        "sweep", "--plan-from", recorded, "--device", "fake:bolt-plus", "--dry-run", "--format", "jsonl"
+    )
+    assert ran.code == 0, ran.err
+    planned = [row for row in objects(ran.out) if row["type"] == "planned"]
+    assert [(row["did"], row["cid"], row["target"]) for row in planned] == [
+        (0x13, 0x10, 0x12),
+        (0x11, 0x00, 0x12),
+        (0x1A, 0x1C, 0x12),
+        (0x77, 0x01, 0x12),
+    ]
+    assert planned[0]["sent"][2:] != ""
+    assert bytes(range(20)).hex() not in "".join(row["sent"] or "" for row in planned)
+    swept = cli("sweep", "--plan-from", recorded, "--device", "fake:bolt-plus", "--format", "jsonl")
+    assert swept.code == 0, swept.err
+    outcomes = {
+        (row["did"], row["cid"]): row["outcome"] for row in objects(swept.out) if row["type"] == "finding"
+    }
+    assert set(outcomes) == {(0x13, 0x10), (0x11, 0x00), (0x1A, 0x1C), (0x77, 0x01)}
+    again = cli("sweep", "--resume", "last", "--device", "fake:bolt-plus")
+    assert again.code == 2
+    assert f"add --plan-from {recorded}" in again.err
+
+
+def test_a_plan_from_a_capture_of_nothing_is_an_error(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "other"
+    path.write_bytes(writers.btsnoop(writers.hci(woven(foreign()))))
+    ran = cli("sweep", "--plan-from", str(path), "--device", "fake:bolt-plus")
+    assert ran.code == 8
+    assert "no v2 command to ask" in ran.err
+    assert cli("sweep", "--plan-from", str(path), "--did", "1", "--device", "fake:bolt-plus").code == 2

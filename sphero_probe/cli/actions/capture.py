@@ -1,21 +1,16 @@
 """``capture``: what is in a recording."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import NamedTuple
 
 from sphero_probe.captures.packet import CapturedPacket
-from sphero_probe.captures.reader import Capture, open_capture
-from sphero_probe.captures.source import Source
+from sphero_probe.captures.reader import Capture
 from sphero_probe.captures.summary import RobotSummary
 from sphero_probe.catalogue.commands import notification_row, rows_of
 from sphero_probe.catalogue.naming import id_range
-from sphero_probe.cli.captured import captured_rows
+from sphero_probe.cli.captured import capture_in, captured_rows
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.values import Output
-from sphero_probe.errors import BadInputFileError
 from sphero_probe.protocol.packets import Generation, Notification, Packet, Request, Response
 from sphero_probe.reports.captures import (
     CAPTURED,
@@ -32,26 +27,6 @@ class Wanted(NamedTuple):
     name: str | None
     did: str | None
     unknown: bool
-
-
-@contextmanager
-def capture_in(path: str) -> Iterator[Capture]:
-    """Open a capture.
-
-    Raises:
-        BadInputFileError: there is no such file, or it is no capture.
-    """
-    try:
-        with Path(path).open("rb") as file:
-            capture = open_capture(Source(file), path)
-            if capture is None:
-                raise BadInputFileError(
-                    f"{path}: not a btsnoop, pcap, pcapng or PacketLogger file",
-                    "bytes and text are for: sphero-probe decode",
-                )
-            yield capture
-    except OSError as error:
-        raise BadInputFileError(f"{path}: {error.strerror}") from error
 
 
 def show_capture(output: Output, path: str, wanted: Wanted, *, summary: bool) -> None:
