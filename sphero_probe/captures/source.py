@@ -1,9 +1,17 @@
 """A file as the container readers see it: exact reads, a look ahead, the end of the last whole record."""
 
-from typing import BinaryIO, Final
+from typing import Final, Protocol
 
 MAX_RECORD: Final = 1 << 18
 """Bytes of the longest record that is kept; no Bluetooth packet is a quarter as long."""
+
+
+class Reads(Protocol):
+    """A file as far as it is needed here."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return at most so many bytes, none at the end."""
+        ...
 
 
 class UnreadableError(Exception):
@@ -21,7 +29,7 @@ class Source:
         whole: bytes up to the end of the last whole record.
     """
 
-    def __init__(self, file: BinaryIO, ahead: bytes = b"") -> None:
+    def __init__(self, file: Reads, ahead: bytes = b"") -> None:
         """Read from where the file stands; ``ahead`` is what was read of it before."""
         self._read = file.read
         self._some = getattr(file, "read1", file.read)

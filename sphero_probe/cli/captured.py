@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Final
 
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.reader import Capture, open_capture
-from sphero_probe.captures.source import Source
+from sphero_probe.captures.source import Source, UnreadableError
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.robots import robot_by_prefix
 from sphero_probe.catalogue.streams import StreamDecoder
+from sphero_probe.cli.bug_report import recording
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.protocol.packets import Generation, Packet
 from sphero_probe.reports.captures import captured_row
@@ -29,7 +29,7 @@ def capture_in(path: str) -> Iterator[Capture]:
         BadInputFileError: there is no such file, or it is no capture.
     """
     try:
-        with Path(path).open("rb") as file:
+        with recording(path) as file:
             capture = open_capture(Source(file), path)
             if capture is None:
                 raise BadInputFileError(
@@ -39,6 +39,8 @@ def capture_in(path: str) -> Iterator[Capture]:
             yield capture
     except OSError as error:
         raise BadInputFileError(f"{path}: {error.strerror}") from error
+    except UnreadableError as error:
+        raise BadInputFileError(f"{path}: {error}") from error
 
 
 class _Context:

@@ -3,8 +3,9 @@
 import re
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import Final, Protocol
+from typing import Final
 
+from sphero_probe.captures.source import Reads
 from sphero_probe.cli.parse import odd_digits, two_readings
 from sphero_probe.errors import BadInputFileError
 
@@ -23,14 +24,6 @@ _PLAIN: Final = b"0123456789abcdefABCDEF \n"
 _GOOD_PREFIX: Final = re.compile(rb"(?<![^ \n])0[xX](?=[0-9a-fA-F])")
 _PREFIX: Final = re.compile(rb"0[xX]")
 _ONE_DIGIT: Final = re.compile(rb"(?<![0-9a-fA-F])([0-9a-fA-F])(?![0-9a-fA-F])")
-
-
-class Reads(Protocol):
-    """A file as far as it is needed here."""
-
-    def read(self, size: int, /) -> bytes:
-        """Return at most so many bytes."""
-        ...
 
 
 _GAP: Final = 64

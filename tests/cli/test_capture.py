@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import pytest
 
@@ -185,9 +186,8 @@ def test_a_robots_name_is_made_harmless(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_a_sweep_asks_what_the_app_was_seen_to_send(cli: Cli, recorded: str) -> None:
-    ran = cli(
-        "sweep", "--plan-from", recorded, "--device", "fake:bolt-plus", "--dry-run", "--format", "jsonl"
-    )
+    asked = ("sweep", "--plan-from", recorded, "--device", "fake:bolt-plus", "--format", "jsonl")
+    ran = cli(*asked, "--dry-run")
     assert ran.code == 0, ran.err
     planned = [row for row in objects(ran.out) if row["type"] == "planned"]
     assert [(row["did"], row["cid"], row["target"]) for row in planned] == [
@@ -196,9 +196,10 @@ def test_a_sweep_asks_what_the_app_was_seen_to_send(cli: Cli, recorded: str) -> 
         (0x1A, 0x1C, 0x12),
         (0x77, 0x01, 0x12),
     ]
-    assert planned[0]["sent"][2:] != ""
-    assert bytes(range(20)).hex() not in "".join(row["sent"] or "" for row in planned)
-    swept = cli("sweep", "--plan-from", recorded, "--device", "fake:bolt-plus", "--format", "jsonl")
+    sent = [str(row["sent"]) for row in planned]
+    assert v2_command(0, 0x13, 0x10)[1:6].hex() in sent[0]
+    assert not any(bytes(range(20)).hex() in frame for frame in sent)
+    swept = cli(*asked)
     assert swept.code == 0, swept.err
     outcomes = {
         (row["did"], row["cid"]): row["outcome"] for row in objects(swept.out) if row["type"] == "finding"
@@ -216,3 +217,41 @@ def test_a_plan_from_a_capture_of_nothing_is_an_error(cli: Cli, tmp_path: Path) 
     assert ran.code == 8
     assert "no v2 command to ask" in ran.err
     assert cli("sweep", "--plan-from", str(path), "--did", "1", "--device", "fake:bolt-plus").code == 2
+
+
+def zipped(path: Path, members: dict[str, bytes]) -> str:
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return str(path)
+
+
+def test_the_log_in_an_android_bug_report_is_read(cli: Cli, tmp_path: Path, recorded: str) -> None:
+    log = Path(recorded).read_bytes()
+    report = zipped(
+        tmp_path / "bugreport.zip",
+        {
+            "main_entry.txt": b"x",
+            "FS/data/misc/bluetooth/logs/btsnoop_hci.log": log,
+            "btsnoop_hci.log.last": b"",
+        },
+    )
+    assert cli("decode", report, "--format", "jsonl").out == cli("decode", recorded, "--format", "jsonl").out
+    assert cli("capture", "show", report, "--summary").code == 0
+
+
+def test_a_zip_without_a_log_and_a_damaged_one_are_said(cli: Cli, tmp_path: Path, recorded: str) -> None:
+    other = zipped(tmp_path / "other.zip", {"text": b"x"})
+    ran = cli("decode", other)
+    assert ran.code == 8
+    assert "a zip without a btsnoop log" in ran.err
+    whole = zipped(tmp_path / "report.zip", {"btsnoop_hci.log": Path(recorded).read_bytes()})
+    data = bytearray(Path(whole).read_bytes())
+    data[200:230] = bytes(30)
+    Path(whole).write_bytes(data)
+    ran = cli("decode", whole, "--format", "jsonl")
+    assert ran.code in {0, 8}
+    assert "Traceback" not in ran.err
+    assert "zip" in ran.err
+    Path(whole).write_bytes(data[:100])
+    assert cli("decode", whole).code == 8

@@ -4,12 +4,12 @@ import sys
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import BinaryIO, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from sphero_probe.captures.dumps import begins_as_dump
 from sphero_probe.captures.pasted import pasted_bytes
 from sphero_probe.captures.reader import Capture, open_capture
-from sphero_probe.captures.source import Source
+from sphero_probe.captures.source import Reads, Source, UnreadableError
 from sphero_probe.captures.text import is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
@@ -17,6 +17,7 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.cli import hex_stream
+from sphero_probe.cli.bug_report import recording
 from sphero_probe.cli.captured import captured_rows
 from sphero_probe.cli.hex_stream import is_hex_text, read_packets
 from sphero_probe.cli.messages import say
@@ -176,10 +177,10 @@ def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording |
             yield (typed, b"")
         else:
             try:
-                with Path(text).open("rb") as file:
+                with recording(text) as file:
                     yield _read(file, text)
-            except (OSError, ValueError) as error:
-                why = error.strerror if isinstance(error, OSError) else "no bytes in a form that is known"
+            except (OSError, ValueError, UnreadableError) as error:
+                why = error.strerror if isinstance(error, OSError) else str(error)
                 raise BadInputFileError(f"{text}: {why}", "give hex bytes or a file") from error
 
 
@@ -201,7 +202,7 @@ def _is_file(text: str) -> bool:
         return False
 
 
-def _read(file: BinaryIO, name: str) -> Iterable[bytes] | _Recording | _Text:
+def _read(file: Reads, name: str) -> Iterable[bytes] | _Recording | _Text:
     """Return what a file is; only its first piece decides, for more may be long in coming."""
     first = getattr(file, "read1", file.read)(hex_stream.CHUNK)
     source = Source(file, first)
