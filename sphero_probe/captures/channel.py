@@ -1,7 +1,7 @@
 """One characteristic in one direction, or one direction of a serial line: does it speak Sphero?
 
-Where discovery is in the capture, its UUID says so. Else the traffic does: frames that add up, and answers to
-them in the other direction.
+Where discovery is in the capture, its UUID says so. Else the traffic does: valid frames in one direction and
+answers to them in the other.
 """
 
 from typing import Final, NamedTuple
@@ -11,12 +11,12 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
 
 _GIVEN_UP: Final = 16
-"""Pieces of damage without one sound frame after which a channel is taken for another device's."""
+"""Pieces of damage without one valid frame after which a channel is taken for another device's."""
 _ENOUGH: Final = 2
 """Sound frames that tell a robot where nothing answers."""
 _MAX_PARTS: Final = 64
 
-_ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.WITNESS}
+_ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.OBSERVER}
 
 
 class Heard(NamedTuple):
@@ -31,13 +31,13 @@ class Trial:
 
     Attributes:
         generation: which.
-        sound: frames that added up.
-        damaged: pieces that did not.
+        valid: valid frames.
+        damaged: damaged pieces.
     """
 
     def __init__(self, generation: Generation, to_robot: bool | None) -> None:
         self.generation = generation
-        self.sound = self.damaged = 0
+        self.valid = self.damaged = 0
         self._decoder = CODECS[generation].decoder(_ROLES[to_robot])
         self._parts: tuple[int, ...] = ()
 
@@ -55,7 +55,7 @@ class Trial:
     def _counted(self, packets: list[Packet], parts: tuple[int, ...], size: int) -> list[Heard]:
         bad = sum(isinstance(packet, Malformed) for packet in packets)
         self.damaged += bad
-        self.sound += len(packets) - bad
+        self.valid += len(packets) - bad
         return [Heard(packet, parts if not at else (size,)) for at, packet in enumerate(packets)]
 
 
@@ -90,7 +90,7 @@ class Channel:
     def give_up_early(self) -> None:
         """Take it for another device's once there is damage and nothing else."""
         if self.accepted is None and all(
-            trial.damaged >= _GIVEN_UP and not trial.sound for trial in self.trials.values()
+            trial.damaged >= _GIVEN_UP and not trial.valid for trial in self.trials.values()
         ):
             self.accepted = False
 
@@ -98,8 +98,8 @@ class Channel:
         """Decide by what there is; ``spoken`` where another channel of the connection speaks it already."""
         if self.accepted is not None:
             return
-        best = max(self.trials.values(), key=lambda trial: trial.sound)
-        if best.sound >= (1 if best.generation is spoken else _ENOUGH) and best.sound > best.damaged:
+        best = max(self.trials.values(), key=lambda trial: trial.valid)
+        if best.valid >= (1 if best.generation is spoken else _ENOUGH) and best.valid > best.damaged:
             self.accept(best.generation)
         else:
             self.accepted = False

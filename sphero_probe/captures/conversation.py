@@ -94,7 +94,7 @@ class Conversations:
     holds back those behind it, ``_MAX_WAITING`` at most.
 
     Attributes:
-        unanswered: frames that added up on channels that were not taken for a robot's.
+        unanswered: valid frames on channels that were not taken for a robot's.
     """
 
     def __init__(self) -> None:
@@ -148,10 +148,10 @@ class Conversations:
 
     def _decide(self, talk: Conversation) -> None:
         ordered = sorted(
-            talk.channels.values(), key=lambda one: -max(trial.sound for trial in one.trials.values())
+            talk.channels.values(), key=lambda one: -max(trial.valid for trial in one.trials.values())
         )
         for channel in ordered:
             before = channel.accepted
             channel.decide(talk.spoken)
             if before is None and not channel.accepted:
-                self.unanswered += max(trial.sound for trial in channel.trials.values())
+                self.unanswered += max(trial.valid for trial in channel.trials.values())

@@ -118,7 +118,7 @@ class Capture:
         return f"{self.container}: {', '.join(parts)}"
 
     def att_packets(self) -> Iterator[AttPacket]:
-        """Yield every packet of the attribute protocol instead, whosever it is."""
+        """Yield every packet of the attribute protocol instead, of any device."""
         return (step for step in self._steps() if isinstance(step, AttPacket))
 
     def _all(self) -> Iterator[CapturedPacket]:

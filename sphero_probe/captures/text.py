@@ -12,7 +12,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
 
 _MAX_HELD: Final = 4096
-_ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.WITNESS}
+_ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.OBSERVER}
 _CONTROL: Final = frozenset(range(0x20)) - frozenset(b"\t\n\r\x1b\x01\x02\x0c")
 
 
