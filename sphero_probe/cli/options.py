@@ -76,12 +76,25 @@ def seconds_option(
     return click.option(*names, type=Seconds(least, most), default=default, metavar="TIME", help=about)
 
 
-def device_options(function: Function, *, unnamed: str = "the only robot nearby") -> Function:
-    """Give a command ``--device``, ``--adapter``, ``--connect-timeout`` and ``-v``; it gets ``connecting``.
+_CAPTURE: Final = click.option(
+    "--capture",
+    "connecting_capture",
+    metavar="FILE",
+    help="Write all frames to this pcapng file, which Wireshark reads.",
+)
+
+
+def device_options(
+    function: Function, *, unnamed: str = "the only robot nearby", capture: bool = True
+) -> Function:
+    """Give a command ``--device``, ``--adapter``, ``--connect-timeout``, ``-v`` and ``--capture``.
+
+    The command gets ``connecting``.
 
     Args:
         function: the command.
         unnamed: what happens without ``--device``, for the help.
+        capture: with ``--capture`` too.
     """
     return _gather(
         function,
@@ -109,6 +122,7 @@ def device_options(function: Function, *, unnamed: str = "the only robot nearby"
         click.option(
             "-v", "--verbose", "connecting_verbose", is_flag=True, help="Show each step of connecting."
         ),
+        *([_CAPTURE] if capture else []),
     )
 
 

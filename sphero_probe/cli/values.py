@@ -26,12 +26,14 @@ class ConnectOptions(NamedTuple):
         adapter: the Bluetooth adapter, empty for the usual one.
         connect_timeout: seconds for scanning, and for each step of connecting.
         verbose: print each step of connecting.
+        capture: the pcapng file to write what is said to, None for none.
     """
 
     device: str = ""
     adapter: str = ""
     connect_timeout: float = 10.0
     verbose: bool = False
+    capture: str | None = None
 
 
 class AskOptions(NamedTuple):
