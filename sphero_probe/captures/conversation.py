@@ -116,6 +116,8 @@ class Conversations:
             return
         for trial in tuple(channel.trials.values()):
             for heard in trial.feed(data):
+                if channel.accepted is None and not trial.valid:
+                    continue  # damage before the first valid frame: most of it is foreign
                 self._waiting.append(_Waiting(time, talk, place, channel, trial, heard))
                 talk.match(channel, trial, heard)
         channel.give_up_early()
