@@ -10,37 +10,35 @@ from sphero_probe.captures.record import Record
 
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _ORDER_MARK: Final = 0x1A2B3C4D
-_END, _COMMENT, _FLAGS, _RESOLUTION, _APPLICATION = 0, 1, 2, 9, 4
+_END, _FLAGS, _APPLICATION, _RESOLUTION = 0, 2, 4, 9
 _NANOSECONDS: Final = 9
 _INBOUND, _OUTBOUND = 1, 2
 
 
-def head(link: int, application: str) -> bytes:
-    """Return the start of a file with one interface, whose times are nanoseconds.
+def head(application: str, *links: int) -> bytes:
+    """Return the start of a file whose times are nanoseconds.
 
     Args:
-        link: the link type of all packets.
         application: what writes it.
+        links: the link type of each interface.
     """
     section = pack("<IHHq", _ORDER_MARK, 1, 0, -1) + _options((_APPLICATION, application.encode()))
-    interface = pack("<HHI", link, 0, 0) + _options((_RESOLUTION, bytes((_NANOSECONDS,))))
-    return _block(_SECTION, section) + _block(_INTERFACE, interface)
+    resolution = _options((_RESOLUTION, bytes((_NANOSECONDS,))))
+    interfaces = (_block(_INTERFACE, pack("<HHI", link, 0, 0) + resolution) for link in links)
+    return _block(_SECTION, section) + b"".join(interfaces)
 
 
-def packet(record: Record, comment: str = "") -> bytes:
-    """Return the block of a packet; a record without a time gets 0.
-
-    Args:
-        record: the packet.
-        comment: for people, empty for none.
-    """
+def packet(record: Record) -> bytes:
+    """Return the block of a packet; a record without a time gets 0."""
     time = max(0, record.time or 0)
     size = len(record.data)
-    body = pack("<IIIII", 0, time >> 32 & 0xFFFFFFFF, time & 0xFFFFFFFF, size, size) + _padded(record.data)
-    options = [(_COMMENT, comment.encode())] if comment else []
-    if record.sent is not None:
-        options.append((_FLAGS, pack("<I", _OUTBOUND if record.sent else _INBOUND)))
-    return _block(_PACKET, body + _options(*options))
+    body = pack("<IIIII", record.interface, time >> 32 & 0xFFFFFFFF, time & 0xFFFFFFFF, size, size) + _padded(
+        record.data
+    )
+    if record.sent is None:
+        return _block(_PACKET, body)
+    flags = pack("<I", _OUTBOUND if record.sent else _INBOUND)
+    return _block(_PACKET, body + _options((_FLAGS, flags)))
 
 
 def _padded(data: bytes) -> bytes:

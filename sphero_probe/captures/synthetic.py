@@ -13,6 +13,7 @@ from sphero_probe.catalogue.gatt import PROFILES, GattProfile
 from sphero_probe.protocol.packets import Generation
 
 _HANDLE: Final = 0x0040
+_HANDLES: Final = 0x0E00
 _MTU: Final = 247
 _ACL, _EVENT = 2, 4
 _LE_META: Final = 0x3E
@@ -28,16 +29,18 @@ class BleScript:
 
     link = HCI_H4_DIRECTION
 
-    def __init__(self, generation: Generation, address: str, name: str) -> None:
+    def __init__(self, generation: Generation, address: str, name: str, number: int = 0) -> None:
         """Take what the robot is called.
 
         Args:
             generation: the protocol it speaks.
             address: its Bluetooth address, ``AA:BB:CC:DD:EE:FF``.
             name: as it advertises.
+            number: of the connection, for its handle.
         """
         self._profile: GattProfile = next(each for each in PROFILES if each.generation is generation)
         self._address = bytes.fromhex(address.replace(":", ""))[::-1]
+        self._handle = _HANDLE + number % _HANDLES
         self._name = name.encode()[:_NAME_ROOM]
         one = self._profile.commands == self._profile.answers
         self._commands, self._answers = _FIRST, _FIRST if one else _SECOND
@@ -47,7 +50,13 @@ class BleScript:
         data = bytes((len(self._name) + 1, 0x09)) + self._name
         report = b"\x02\x01\x00\x01" + self._address + bytes((len(data),)) + data + b"\xc8"
         yield self._record(time, _EVENT, bytes((_LE_META, len(report))) + report, sent=False)
-        body = b"\x01\x00" + pack("<H", _HANDLE) + b"\x00\x01" + self._address + pack("<HHHB", 12, 0, 500, 0)
+        body = (
+            b"\x01\x00"
+            + pack("<H", self._handle)
+            + b"\x00\x01"
+            + self._address
+            + pack("<HHHB", 12, 0, 500, 0)
+        )
         yield self._record(time, _EVENT, bytes((_LE_META, len(body))) + body, sent=False)
         yield self._att(time, pack("<BH", 0x02, _MTU), sent=True)
         yield self._att(time, pack("<BH", 0x03, _MTU), sent=False)
@@ -78,7 +87,7 @@ class BleScript:
 
     def _att(self, time: int, packet: bytes, *, sent: bool) -> Record:
         whole = pack("<HH", len(packet), _ATT_CHANNEL) + packet
-        start = _HANDLE if sent else _HANDLE | 0x2000
+        start = self._handle if sent else self._handle | 0x2000
         return self._record(time, _ACL, pack("<HH", start, len(whole)) + whole, sent=sent)
 
     def _record(self, time: int, kind: int, data: bytes, *, sent: bool) -> Record:
@@ -89,6 +98,10 @@ class SerialScript:
     """One robot on a serial line; link type 250."""
 
     link = RTAC_SERIAL
+
+    def __init__(self, interface: int = 0) -> None:
+        """Take the number of the interface that has the link type."""
+        self._interface = interface
 
     def opening(self, time: int) -> Iterator[Record]:
         """Yield nothing: a line just is."""
@@ -106,7 +119,7 @@ class SerialScript:
     def _record(self, time: int, kind: int, data: bytes, *, sent: bool) -> Record:
         seconds, nanoseconds = divmod(time, 1_000_000_000)
         header = pack(">IIBBH", seconds & 0xFFFFFFFF, nanoseconds // 1000, kind, 0, 0)
-        return Record(time, self.link, header + data, 0, sent)
+        return Record(time, self.link, header + data, self._interface, sent)
 
 
 Script = BleScript | SerialScript

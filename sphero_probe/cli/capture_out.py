@@ -19,7 +19,7 @@ from sphero_probe.link.events import BytesReceived, Events, FrameSent, LinkEvent
 from sphero_probe.protocol.packets import Generation
 
 _MAC: Final = re.compile(r"(?:[0-9A-Fa-f]{2}:){5}[0-9A-Fa-f]{2}")
-_NO_ADDRESS: Final = "C0:00:00:00:00:00"
+NO_ADDRESS: Final = "C0:00:00:00:00:00"
 """Stands for the address of a robot that was named otherwise."""
 _SERIAL: Final = ("serial:", "rfcomm:")
 
@@ -66,7 +66,7 @@ class _Tap:
             if self._script is None:
                 data = event.frame if isinstance(event, FrameSent) else event.data
                 self._script = self._begin(data)
-                self._file.write(head(self._script.link, f"sphero-probe {__version__}"))
+                self._file.write(head(f"sphero-probe {__version__}", self._script.link))
                 self._write(self._script.opening(when))
             if isinstance(event, FrameSent):
                 self._write(self._script.sent(when, event.frame))
@@ -80,7 +80,7 @@ class _Tap:
         if self._device.startswith(_SERIAL):
             return SerialScript()
         generation = Generation.V1 if data[:1] == b"\xff" else Generation.V2
-        address = self._device if _MAC.fullmatch(self._device) else _NO_ADDRESS
+        address = self._device if _MAC.fullmatch(self._device) else NO_ADDRESS
         return BleScript(generation, address, self._device or "robot")
 
     def _write(self, records: Iterator[Record]) -> None:

@@ -14,6 +14,7 @@ from sphero_probe.captures.source import Source
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
 from sphero_probe.protocol.packets import Generation, Malformed
 from tests.support.capture_conversation import LONG, START, V1_FRAMES, V2_FRAMES
+from tests.support.captures import CAPTURES
 from tests.support.cli import Cli, objects
 
 TSHARK = shutil.which("tshark")
@@ -52,7 +53,7 @@ SCRIPTS: dict[str, tuple[Script, list[bytes]]] = {
 
 
 def written(script: Script, frames: list[bytes]) -> list[bytes]:
-    blocks = [head(script.link, "a test"), *map(packet, script.opening(START * 1000))]
+    blocks = [head("a test", script.link), *map(packet, script.opening(START * 1000))]
     for number, frame in enumerate(frames):
         say = script.received if number else script.sent
         blocks += [packet(record) for record in say(START * 1000 + number, frame)]
@@ -102,3 +103,37 @@ def test_a_file_that_cannot_be_written_is_an_error(cli: Cli, tmp_path: Path) -> 
     assert ran.code == 10
     assert "cannot write" in ran.err
     assert cli("doctor", "--capture", "x").code == 2
+
+
+def test_convert_keeps_the_robots_and_nothing_else(cli: Cli, tmp_path: Path) -> None:
+    source, made = tmp_path / "source", tmp_path / "made.pcapng"
+    source.write_bytes(CAPTURES["pcap 256"]())
+    ran = cli("capture", "convert", str(source), "-o", str(made))
+    assert ran.code == 0, ran.err
+    before, after = packets(source.read_bytes()), packets(made.read_bytes())
+
+    def facts(read: list[CapturedPacket]) -> list[tuple[object, ...]]:
+        return [
+            (each.raw, each.to_robot, each.time, each.connection.name, each.connection.peer) for each in read
+        ]
+
+    assert facts(after) == facts(before)
+    assert len(after) == 20
+    capture = open_capture(Source(io.BytesIO(made.read_bytes())), "made")
+    assert capture
+    assert not [att for att in capture.att_packets() if att.data[:1] == b"\x1b" and att.data[1] == 0x31]
+
+
+def test_convert_of_a_serial_line(cli: Cli, tmp_path: Path) -> None:
+    source, made = tmp_path / "source", tmp_path / "made.pcapng"
+    source.write_bytes(b"".join(written(SerialScript(), V2_FRAMES[:2])))
+    assert cli("capture", "convert", str(source), "-o", str(made)).code == 0
+    assert [packet.raw for packet in packets(made.read_bytes())] == V2_FRAMES[:2]
+
+
+def test_convert_says_what_it_cannot_do(cli: Cli, tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    source.write_bytes(CAPTURES["pcap 201"]())
+    assert cli("capture", "convert", str(source), "-o", str(tmp_path / "none" / "made")).code == 10
+    assert cli("capture", "convert", str(source), "-o", str(source)).code == 2
+    assert cli("capture", "convert", str(source)).code == 2

@@ -36,3 +36,19 @@ def show(
     from sphero_probe.cli.actions.capture import Wanted, show_capture
 
     show_capture(output, file, Wanted(name, did, unknown), summary=summary)
+
+
+@command.command("convert", cls=StrictCommand)
+@click.argument("file", metavar="FILE", shell_complete=offer("files"))
+@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The pcapng file to write.")
+def convert(file: str, target: str) -> None:
+    """Write the packets of the robots in a capture to a pcapng file, and nothing of other devices.
+
+    Times and frames are those of the capture. The advertisement, the connection and the discovery around them
+    are made up, so that Wireshark shows each robot's characteristics.
+
+    Example: sphero-probe capture convert btsnoop_hci.log -o robots.pcapng
+    """
+    from sphero_probe.cli.actions.capture_convert import convert_capture
+
+    convert_capture(file, target)
