@@ -10,6 +10,7 @@ from sphero_probe.cli.group import COMMANDS
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.settings import KEYS
+from tests.support.captures import CAPTURES
 from tests.support.cli import Cli
 from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
 
@@ -58,6 +59,7 @@ def test_the_cookbook_teaches_by_command_lines() -> None:
 def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "btsnoop_hci.log").write_bytes(CAPTURES["btsnoop 1002"]())
     if "last" in line or line == "runs":
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
     robot = FakeRobot(parse_settings("bolt-plus"))

@@ -1,19 +1,23 @@
 """Opens a session with the connect options."""
 
-from contextlib import AbstractAsyncContextManager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from time import monotonic
 
+from sphero_probe.cli.capture_out import capturing
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.values import ConnectOptions
+from sphero_probe.link.events import Events
 from sphero_probe.link.policy import Consent
 from sphero_probe.session.session import Session, open_session
 from sphero_probe.transports.base import OpenOptions
 
 
-def connect(
+@asynccontextmanager
+async def connect(
     options: ConnectOptions, consent: Consent, *, timeout: float | None = None
-) -> AbstractAsyncContextManager[Session]:
-    """Return the session to enter; ``verbose`` prints each step with its time.
+) -> AsyncIterator[Session]:
+    """Open a session; ``verbose`` prints each step with its time.
 
     Args:
         options: which robot, and how to connect.
@@ -27,4 +31,9 @@ def connect(
             say(f"{monotonic() - began:7.3f} s  {step}")
 
     opening = OpenOptions(options.connect_timeout, options.adapter, on_step)
-    return open_session(options.device, consent, opening, timeout=timeout, tolerate=options.tolerate)
+    events = Events()
+    with capturing(options.capture, options.device, events):
+        async with open_session(
+            options.device, consent, opening, timeout=timeout, events=events, tolerate=options.tolerate
+        ) as session:
+            yield session

@@ -21,6 +21,7 @@ COMMANDS: Final[dict[str, str]] = {
     "led": "Set LEDs.",
     "listen": "Print notifications as they arrive.",
     "decode": "Decode packets from arguments, files or standard input.",
+    "capture": "Show what is in a recording of Bluetooth or serial traffic.",
     "explain": "Explain an error code or a command.",
     "catalog": "List the known commands.",
     "plan": "List, show and check probe plans.",

@@ -3,8 +3,9 @@
 import re
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import BinaryIO, Final
+from typing import Final
 
+from sphero_probe.captures.source import Reads
 from sphero_probe.cli.parse import odd_digits, two_readings
 from sphero_probe.errors import BadInputFileError
 
@@ -23,11 +24,18 @@ _PLAIN: Final = b"0123456789abcdefABCDEF \n"
 _GOOD_PREFIX: Final = re.compile(rb"(?<![^ \n])0[xX](?=[0-9a-fA-F])")
 _PREFIX: Final = re.compile(rb"0[xX]")
 _ONE_DIGIT: Final = re.compile(rb"(?<![0-9a-fA-F])([0-9a-fA-F])(?![0-9a-fA-F])")
+
+
 _GAP: Final = 64
 """Blanks around a line break across which two digits may belong together."""
 
 
-def read_packets(file: BinaryIO, name: str) -> Iterator[bytes]:
+def is_hex_text(first: bytes) -> bool:
+    """Whether the start of a file decides that it is hex text."""
+    return bool(first) and _HEX_TEXT.issuperset(first)
+
+
+def read_packets(file: Reads, name: str) -> Iterator[bytes]:
     """Yield a file's bytes as they arrive, hex text converted to bytes; ``b""`` at the end.
 
     The first chunk decides whether the whole file is read as hex text.
@@ -42,7 +50,7 @@ def read_packets(file: BinaryIO, name: str) -> Iterator[bytes]:
     read = getattr(file, "read1", file.read)
     chunks = iter(lambda: read(CHUNK), b"")
     first = next(chunks, b"")
-    if first and _HEX_TEXT.issuperset(first):
+    if is_hex_text(first):
         yield from unhexed(chain((first,), chunks), name)
     else:
         yield first

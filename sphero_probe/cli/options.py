@@ -78,12 +78,23 @@ def seconds_option(
     return click.option(*names, type=Seconds(least, most), default=default, metavar="TIME", help=about)
 
 
-def device_options(function: Function, *, unnamed: str = "the only robot nearby") -> Function:
+_CAPTURE: Final = click.option(
+    "--capture",
+    "connecting_capture",
+    metavar="FILE",
+    help="Write all frames to this pcapng file, which Wireshark reads.",
+)
+
+
+def device_options(
+    function: Function, *, unnamed: str = "the only robot nearby", capture: bool = True
+) -> Function:
     """Give a command ``--device`` and what says how to connect; it gets ``connecting``.
 
     Args:
         function: the command.
         unnamed: what happens without ``--device``, for the help.
+        capture: with ``--capture`` too.
     """
     return _gather(
         function,
@@ -118,6 +129,7 @@ def device_options(function: Function, *, unnamed: str = "the only robot nearby"
             type=click.Choice(TOLERANCES),
             help="Accept answers that name another node, another number, or lack the response flag.",
         ),
+        *([_CAPTURE] if capture else []),
     )
 
 

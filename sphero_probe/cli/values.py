@@ -29,6 +29,7 @@ class ConnectOptions(NamedTuple):
         connect_timeout: seconds for scanning, and for each step of connecting.
         verbose: print each step of connecting.
         tolerate: in what an answer may differ from what it should be and still count.
+        capture: the pcapng file to write what is said to, None for none.
     """
 
     device: str = ""
@@ -36,6 +37,7 @@ class ConnectOptions(NamedTuple):
     connect_timeout: float = 10.0
     verbose: bool = False
     tolerate: tuple[str, ...] = ()
+    capture: str | None = None
 
 
 class AskOptions(NamedTuple):

@@ -196,6 +196,8 @@ class RunJournal:
         words = ["sphero-probe", self.command, "--resume", str(self.journal.path)]
         if file := self.options.get("plan_file"):
             words += ["--plan", file]
+        if file := self.options.get("plan_from"):
+            words += ["--plan-from", file]
         if device:
             words += ["--device", device]
         words += _allowing(consent.words)

@@ -46,6 +46,7 @@ async def open_session(
     *,
     timeout: float | None = None,
     tolerate: Collection[str] = (),
+    events: Events | None = None,
 ) -> AsyncIterator[Session]:
     """Connect and start listening; leaving the context closes everything.
 
@@ -55,6 +56,7 @@ async def open_session(
         options: how to connect.
         timeout: seconds until a command counts as silent; None measures it.
         tolerate: the fields in which an answer may differ and still count, of ``link.tracker.TOLERANCES``.
+        events: where the link tells what happens, for who listens from its start.
 
     Raises:
         SpheroProbeError: the robot cannot be reached.
@@ -63,7 +65,7 @@ async def open_session(
     async with AsyncExitStack() as origin, AsyncExitStack() as line:
         connection = await origin.enter_async_context(open_transport(address_of(device), options))
         options.on_step(f"connected to {connection.name}")
-        events = Events()
+        events = events or Events()
         policy = Policy(connection.generation, connection.robot, consent, (connection.name,))
 
         async def start_link(at: Connection) -> Link:

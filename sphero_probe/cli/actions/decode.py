@@ -2,15 +2,25 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
+from sphero_probe.captures.dumps import begins_as_dump
+from sphero_probe.captures.pasted import pasted_bytes
+from sphero_probe.captures.reader import Capture, open_capture
+from sphero_probe.captures.source import Reads, Source, UnreadableError
+from sphero_probe.captures.text import is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.dissection import dissect
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import choose
 from sphero_probe.catalogue.streams import StreamDecoder
-from sphero_probe.cli.hex_stream import read_packets
+from sphero_probe.cli import hex_stream
+from sphero_probe.cli.bug_report import recording
+from sphero_probe.cli.captured import captured_rows
+from sphero_probe.cli.hex_stream import is_hex_text, read_packets
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import hex_bytes, is_hex
@@ -19,12 +29,16 @@ from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
+from sphero_probe.reports.captures import CAPTURED, placed
 from sphero_probe.reports.packet_views import BYTES
-from sphero_probe.reports.rows import byte_row, packet_row
+from sphero_probe.reports.registry import Report
+from sphero_probe.reports.rows import Row, byte_row, packet_row
 from sphero_probe.reports.views import PACKETS
 
 _TABLE_ROOM: Final = 1 << 17
 """Bytes of packets that fit into a table, which is held in memory."""
+_LEAST_CAPTURE: Final = 12
+"""Bytes of the shortest start of a capture; writers send it in one piece."""
 _ROW: Final = 32
 """Bytes that each row counts for besides its packet."""
 
@@ -51,40 +65,110 @@ def decode(
         BadInputFileError: a file cannot be read, or there is no packet in all inputs.
     """
     robot = None if model is None else robot_by_word(model) or ROBOTS[choose(model, ROBOTS, "robot")]
-    good = bad = total = left_out = 0
-    room = _TABLE_ROOM if output.format == "table" else None
-    with report(output, BYTES if explain else PACKETS) as rows:
-        for stream in _streams(inputs):
-            context = CaptureContext(robot)
-            sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
-            for size, spoken, heard in _packets(stream, Generation(generation) if generation else None):
-                total += size
-                if heard is None:
-                    continue
-                packet = context.complete(spoken, heard)
-                if isinstance(packet, Malformed):
-                    bad += 1
-                else:
-                    good += 1
-                raw = CODECS[spoken].frame_of(packet)
-                sensors[spoken].observe(packet)
-                if room is not None:
-                    room = max(0, room - (len(raw) * _ROW if explain else len(raw) + _ROW))
-                    if not room:
-                        left_out += 1
-                        continue
-                if explain:
-                    for part in dissect(packet, spoken, raw, robot):
-                        rows.add(byte_row(good + bad, part))
-                    continue
-                rows.add(packet_row(packet, spoken, raw, robot, sensors[spoken]))
-    if left_out:
-        say(f"Not shown: {left_out} more packets; --format plain or jsonl shows all.")
-    if not good:
+    fixed = Generation(generation) if generation else None
+    streams = _streams(inputs)
+    first = next(streams)
+    shown = _Shown(output.format == "table", robot, explain)
+    captures: list[str] = []
+    view = BYTES if explain else CAPTURED if isinstance(first, _Recording | _Text) else PACKETS
+    with report(output, view) as rows:
+        for stream in chain((first,), streams):
+            if isinstance(stream, _Recording):
+                found = captured_rows(stream.capture, robot)
+                shown.all(rows, (_Found(at.generation, packet, at.raw, row) for at, packet, row in found))
+                captures.append(f"{stream.name}: {stream.capture.said}")
+            elif isinstance(stream, _Text):
+                shown.all(rows, _text_rows(stream, fixed, robot, shown))
+            else:
+                shown.all(rows, _rows(stream, fixed, robot, shown))
+    for said in captures:
+        say(said)
+    if shown.left_out:
+        say(f"Not shown: {shown.left_out} more packets; --format plain or jsonl shows all.")
+    if not shown.good and not captures:
         raise BadInputFileError(
-            f"no packet in {total} bytes ({bad} malformed)",
+            f"no packet in {shown.total} bytes ({shown.bad} malformed)",
             "a V2 packet starts with 8d and ends with d8, a V1 packet starts with ff ff or ff fe",
         )
+
+
+class _Recording(NamedTuple):
+    """A capture among the inputs."""
+
+    name: str
+    capture: Capture
+
+
+class _Text(NamedTuple):
+    """A text among the inputs that is more than hex tokens: a dump, a log, pasted bytes."""
+
+    lines: Iterator[str]
+
+
+class _Found(NamedTuple):
+    """A packet of an input: its protocol, what was decoded, its frame and its row."""
+
+    generation: Generation
+    packet: Packet
+    raw: bytes
+    row: Row
+
+
+class _Shown:
+    """Shows packets and counts them, also what no longer fits into a table."""
+
+    def __init__(self, table: bool, robot: Robot | None, explain: bool) -> None:
+        self.good = self.bad = self.total = self.left_out = 0
+        self._room = _TABLE_ROOM if table else None
+        self._robot = robot
+        self._explain = explain
+
+    def all(self, rows: Report, packets: Iterable[_Found]) -> None:
+        """Show the packets, each as one row or byte by byte, as many as fit."""
+        for found in packets:
+            if isinstance(found.packet, Malformed):
+                self.bad += 1
+            else:
+                self.good += 1
+            if self._room is not None:
+                size = len(found.raw)
+                self._room = max(0, self._room - (size * _ROW if self._explain else size + _ROW))
+                if not self._room:
+                    self.left_out += 1
+                    continue
+            if self._explain:
+                for part in dissect(found.packet, found.generation, found.raw, self._robot):
+                    rows.add(byte_row(self.good + self.bad, part))
+            else:
+                rows.add(found.row)
+
+
+def _rows(
+    stream: Iterable[bytes], fixed: Generation | None, robot: Robot | None, shown: _Shown
+) -> Iterator[_Found]:
+    """Yield the packets of a stream of bytes."""
+    context = CaptureContext(robot)
+    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    for size, spoken, heard in _packets(stream, fixed):
+        shown.total += size
+        if heard is not None:
+            packet = context.complete(spoken, heard)
+            raw = CODECS[spoken].frame_of(packet)
+            sensors[spoken].observe(packet)
+            yield _Found(spoken, packet, raw, packet_row(packet, spoken, raw, robot, sensors[spoken]))
+
+
+def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown: _Shown) -> Iterator[_Found]:
+    """Yield the packets of a text."""
+    context = CaptureContext(robot)
+    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    for time, to_robot, spoken, heard in logged_packets(text.lines, fixed):
+        packet = context.complete(spoken, heard)
+        raw = CODECS[spoken].frame_of(packet)
+        shown.total += len(raw)
+        sensors[spoken].observe(packet)
+        row = placed(packet_row(packet, spoken, raw, robot, sensors[spoken]), time, to_robot)
+        yield _Found(spoken, packet, raw, row)
 
 
 def _packets(
@@ -103,23 +187,67 @@ def _packets(
                 yield 0, spoken, packet
 
 
-def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes]]:
-    """Yield the byte streams that the arguments name; each ends with an empty chunk."""
+def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording | _Text]:
+    """Yield captures and byte streams as the arguments name them; a stream ends with an empty chunk."""
     if not inputs:
         if sys.stdin.isatty():
             raise UsageError("nothing to decode", "give hex bytes, a file, or - for standard input")
         inputs = ("-",)
-    if all(is_hex(text) for text in inputs):
+    if all(is_hex(text) and not _is_file(text) for text in inputs):
         yield (hex_bytes(" ".join(inputs), "packet"), b"")
         return
     for text in inputs:
         if text == "-":
-            yield read_packets(sys.stdin.buffer, "standard input")
-        elif is_hex(text):
-            yield (hex_bytes(text, "packet"), b"")
+            yield _read(sys.stdin.buffer, "standard input")
+        elif (typed := _typed(text)) is not None:
+            yield (typed, b"")
         else:
             try:
-                with Path(text).open("rb") as file:
-                    yield read_packets(file, text)
-            except OSError as error:
-                raise BadInputFileError(f"{text}: {error.strerror}", "give hex bytes or a file") from error
+                with recording(text) as file:
+                    yield _read(file, text)
+            except (OSError, ValueError, UnreadableError) as error:
+                why = error.strerror if isinstance(error, OSError) else str(error)
+                raise BadInputFileError(f"{text}: {why}", "give hex bytes or a file") from error
+
+
+def _typed(text: str) -> bytes | None:
+    """Return the bytes that an argument stands for, None where it is the name of a file.
+
+    Raises:
+        UsageError: it may stand for different bytes.
+    """
+    if _is_file(text):
+        return None
+    return hex_bytes(text, "packet") if is_hex(text) else pasted_bytes(text)
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):  # too long for a name, or with a character that no name has
+        return False
+
+
+def _read(file: Reads, name: str) -> Iterable[bytes] | _Recording | _Text:
+    """Return what a file is; only its first piece decides, for more may be long in coming."""
+    first = getattr(file, "read1", file.read)(hex_stream.CHUNK)
+    source = Source(file, first)
+    capture = open_capture(source, name) if len(first) >= _LEAST_CAPTURE else None
+    if capture:
+        return _Recording(name, capture)
+    if begins_as_dump(first) or (is_text(first) and not is_hex_text(first)):
+        return _Text(_lines(source))
+    return read_packets(source, name)
+
+
+def _lines(source: Source) -> Iterator[str]:
+    """Yield the lines of a text, very long ones in pieces."""
+    held = b""
+    while piece := source.read1(hex_stream.CHUNK):
+        *lines, held = (held + piece).split(b"\n")
+        yield from (line.decode("utf-8", "replace") for line in lines)
+        if len(held) > hex_stream.CHUNK:
+            yield held.decode("utf-8", "replace")
+            held = b""
+    if held:
+        yield held.decode("utf-8", "replace")

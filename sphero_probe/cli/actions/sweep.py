@@ -1,8 +1,10 @@
 """``sweep``: probe ranges of commands, or a plan, and report which of them exist."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 from sphero_probe.catalogue.naming import id_range
+from sphero_probe.cli.captured_plan import plan_of_capture
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.parse import hex_bytes
@@ -29,12 +31,14 @@ class SweepOptions(NamedTuple):
         cid: the commands, None for all.
         plan: a plan's file or name, instead of the other three.
         payload: the bytes to send with each command, None to let the engine choose.
+        capture: a capture whose commands are the plan, instead of all the others.
     """
 
     did: str | None
     cid: str | None
     plan: str | None
     payload: str | None
+    capture: str | None = None
 
 
 def sweep(
@@ -75,6 +79,12 @@ def sweep(
 
 def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str, str]]:
     """Return the plan, and the options that a journal needs to make it again."""
+    if options.capture is not None:
+        if any(other is not None for other in options[:4]):
+            raise UsageError("--plan-from cannot be combined with --plan, --did, --cid or --payload")
+        return plan_of_capture(options.capture, generation), {
+            "plan_from": str(Path(options.capture).absolute())
+        }
     if options.plan is not None:
         if any(other is not None for other in (options.did, options.cid, options.payload)):
             raise UsageError("--plan cannot be combined with --did, --cid or --payload")
@@ -110,6 +120,10 @@ def _plan_of_before(generation: Generation, journal: RunJournal) -> tuple[Plan, 
     if file := options.get("plan_file"):
         raise UsageError(
             "that run used a plan file, which the journal does not contain", f"add --plan {file}"
+        )
+    if file := options.get("plan_from"):
+        raise UsageError(
+            "that run used a capture, which the journal does not contain", f"add --plan-from {file}"
         )
     if name := options.get("plan"):
         for path in plan_files():

@@ -17,7 +17,7 @@ from sphero_probe.cli.values import ConnectOptions, Output
     default=5.0,
     about="Limit for each check of this machine; an answer of a robot gets 1s at most.  [default: 5s]",
 )
-@partial(device_options, unnamed="check only this machine")
+@partial(device_options, unnamed="check only this machine", capture=False)
 @output_options
 def command(output: Output, connecting: ConnectOptions, timeout: float) -> None:
     """Check that this machine can reach a robot, and suggest fixes.

@@ -21,6 +21,13 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
     help="A plan file, or the name of a shipped plan.",
     shell_complete=offer("plans"),
 )
+@click.option(
+    "--plan-from",
+    "capture",
+    metavar="FILE",
+    help="Ask the commands that a capture of the maker's app holds.",
+    shell_complete=offer("files"),
+)
 @click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
 @asking_options
 @device_options
@@ -35,6 +42,7 @@ def command(
     cid: str | None,
     plan: str | None,
     payload: str | None,
+    capture: str | None,
 ) -> None:
     """Probe ranges of commands, or a plan, and report what exists.
 
@@ -47,4 +55,4 @@ def command(
     """
     from sphero_probe.cli.actions.sweep import SweepOptions, sweep
 
-    sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload))
+    sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload, capture))

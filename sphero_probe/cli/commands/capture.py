@@ -1,0 +1,54 @@
+"""The subcommands of ``capture`` and their options."""
+
+import click
+
+from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.options import output_options
+from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.values import Output
+
+
+@click.group("capture", context_settings={"help_option_names": ["-h", "--help"]})
+def command() -> None:
+    """Show what a recording of Bluetooth or serial traffic tells about robots.
+
+    Example: sphero-probe capture show btsnoop_hci.log
+    """
+
+
+@command.command("show", cls=StrictCommand)
+@click.argument("file", metavar="FILE", shell_complete=offer("files"))
+@click.option("--summary", is_flag=True, help="A line for each command: how often, payloads, answers.")
+@click.option("--unknown", is_flag=True, help="Only commands and notifications that no catalogue has.")
+@click.option("--did", metavar="IDS", help="Only these device ids: 0x13, 0x10-0x1a.")
+@click.option("--robot", "name", metavar="NAME", help="Only the robot with this name, address or number.")
+@output_options
+def show(
+    output: Output, file: str, name: str | None, did: str | None, *, summary: bool, unknown: bool
+) -> None:
+    """Show the packets in a btsnoop, pcap, pcapng or PacketLogger file, each with its time and direction.
+
+    Captures of other devices give no packet. With --summary, unknown commands come first, and a line for each
+    robot tells its round trips and how many commands were in flight.
+
+    Example: sphero-probe capture show btsnoop_hci.log --summary
+    """
+    from sphero_probe.cli.actions.capture import Wanted, show_capture
+
+    show_capture(output, file, Wanted(name, did, unknown), summary=summary)
+
+
+@command.command("convert", cls=StrictCommand)
+@click.argument("file", metavar="FILE", shell_complete=offer("files"))
+@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The pcapng file to write.")
+def convert(file: str, target: str) -> None:
+    """Write the packets of the robots in a capture to a pcapng file, and nothing of other devices.
+
+    Times and frames are those of the capture. The advertisement, the connection and the discovery around them
+    are made up, so that Wireshark shows each robot's characteristics.
+
+    Example: sphero-probe capture convert btsnoop_hci.log -o robots.pcapng
+    """
+    from sphero_probe.cli.actions.capture_convert import convert_capture
+
+    convert_capture(file, target)

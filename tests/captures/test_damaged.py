@@ -1,0 +1,91 @@
+"""Damaged captures: no exception, no frame that the undamaged one does not hold, bounded memory."""
+
+import io
+import tracemalloc
+from collections.abc import Iterator
+from functools import cache
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sphero_probe.captures.reader import open_capture
+from sphero_probe.captures.source import Source
+from sphero_probe.errors import BadInputFileError
+from sphero_probe.protocol.packets import Generation, Malformed
+from tests.support import capture_writers as writers
+from tests.support.capture_conversation import LONG, V2_FRAMES, notify, v2_answer, v2_command, woven, write
+from tests.support.captures import CAPTURES
+
+
+@cache
+def made(kind: str) -> bytes:
+    return CAPTURES[kind]()
+
+
+def valid_v2(file: bytes) -> list[bytes]:
+    """The V2 frames that are taken for whole."""
+    try:
+        capture = open_capture(Source(io.BytesIO(file)), "a file")
+        found = list(capture.packets()) if capture else []
+    except BadInputFileError:
+        return []
+    assert capture is None or capture.said
+    return [
+        packet.raw
+        for packet in found
+        if packet.generation is Generation.V2 and not isinstance(packet.packet, Malformed)
+    ]
+
+
+@settings(max_examples=200)
+@given(
+    st.sampled_from(sorted(CAPTURES)),
+    st.lists(st.tuples(st.floats(0, 1), st.integers(0, 40), st.binary(max_size=20)), min_size=1, max_size=5),
+)
+def test_damage_invents_no_frame(kind: str, cuts: list[tuple[float, int, bytes]]) -> None:
+    file = made(kind)
+    for place, removed, put_in in cuts:
+        at = int(place * len(file))
+        file = file[:at] + put_in + file[at + removed :]
+    assert set(valid_v2(file)) <= set(V2_FRAMES)
+
+
+@given(st.binary(max_size=200), st.sampled_from(sorted(CAPTURES)))
+def test_any_bytes_behind_a_start_are_read_to_an_end(data: bytes, kind: str) -> None:
+    valid_v2(made(kind)[:40] + data)
+
+
+class _Endless:
+    """A capture that is made while it is read."""
+
+    def __init__(self, size: int) -> None:
+        self._left = size
+        self._pieces = self._records()
+        self._held = writers.btsnoop([])
+
+    def _records(self) -> Iterator[bytes]:
+        talk = woven([write(0x1C, v2_command(1, 0x13, 0x10)), notify(0x1C, v2_answer(1, 0x13, 0x10))])
+        foreign = woven([notify(0x30 + number, LONG[1:40]) for number in range(40)])
+        chunk = writers.btsnoop([*writers.hci(talk), *writers.hci(foreign, opened=False, first=0x80)])[16:]
+        while True:
+            yield chunk
+
+    def read(self, size: int, /) -> bytes:
+        while len(self._held) < size:
+            self._held += next(self._pieces)
+        given, self._held = self._held[: min(size, self._left)], self._held[size:]
+        self._left -= len(given)
+        return given
+
+
+def test_memory_does_not_grow_with_the_file() -> None:
+    peaks = []
+    for size in (200_000, 1_000_000):
+        tracemalloc.start()
+        capture = open_capture(Source(_Endless(size)), "a file")
+        assert capture
+        assert sum(1 for _ in capture.packets()) > size // 10_000
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < peaks[0] * 1.5 + 200_000
+    assert peaks[1] < 8_000_000
