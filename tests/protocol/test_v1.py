@@ -16,6 +16,7 @@ from sphero_probe.link.exchange import Answered, LateResponse, Silent
 from sphero_probe.link.tracker import QUIET, Tracker
 from sphero_probe.protocol import CODECS, v1, v1_frames
 from sphero_probe.protocol.packets import (
+    USUAL,
     Command,
     Generation,
     Malformed,
@@ -603,7 +604,7 @@ def test_a_response_after_a_false_length_is_matched() -> None:
 
 BYTES = st.integers(0, 255) | st.sampled_from((0xFF, 0xFE, 0xF8, 0x00, 0x01, 0x02, 0x47))
 PAYLOADS = st.lists(BYTES, max_size=30).map(bytes)
-COMMANDS = st.builds(Command, BYTES, BYTES, PAYLOADS, st.none())
+COMMANDS = st.builds(Command, BYTES, BYTES, PAYLOADS, st.none(), st.just(USUAL))
 RESPONSES = st.tuples(BYTES, BYTES, PAYLOADS).map(lambda fields: Response(*fields, flags=0xFF))
 NOTIFICATIONS = st.tuples(BYTES, PAYLOADS).map(lambda fields: Notification(None, *fields, flags=0xFE))
 REQUEST_FRAMES = st.builds(V1.encode_command, COMMANDS, BYTES, answer=st.booleans(), activity=st.booleans())

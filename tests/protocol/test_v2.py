@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from sphero_probe.protocol import CODECS, v2_decoder, v2_frames
 from sphero_probe.protocol.packets import (
+    USUAL,
     Command,
     Generation,
     Malformed,
@@ -681,7 +682,7 @@ def test_kinds_by_role(frame: str, host: type[Packet], robot: type[Packet], obse
 BYTES = st.integers(0, 255) | st.sampled_from((*SPECIAL, 0x05, 0x23, 0x50, 0xFF))
 ADDRESSES = st.none() | BYTES
 PAYLOADS = st.lists(BYTES, max_size=40).map(bytes)
-COMMANDS = st.builds(Command, BYTES, BYTES, PAYLOADS, ADDRESSES)
+COMMANDS = st.builds(Command, BYTES, BYTES, PAYLOADS, ADDRESSES, st.just(USUAL))
 EXTENSIONS = st.just(b"") | BYTES.map(lambda byte: bytes([byte]))
 FLAGS = st.integers(0, 0xFFFF)
 RESPONSES = st.builds(Response, BYTES, BYTES, PAYLOADS, BYTES, BYTES, ADDRESSES, ADDRESSES, FLAGS)
