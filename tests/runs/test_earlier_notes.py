@@ -54,5 +54,5 @@ def test_notes_of_an_earlier_version(cli: Cli, tmp_path: Path) -> None:
         assert row == {"type": "note", "kind": note["kind"], "text": note["text"], **note["data"]}
     table = cli("report", str(earlier), "--format", "table")
     assert table.code == 0, table.err
-    for word in ("1 notification", "1 late or foreign answer", "1 malformed frame"):
+    for word in ("1 notification", "1 late or unmatched response", "1 malformed frame"):
         assert word in table.out
