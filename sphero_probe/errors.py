@@ -15,7 +15,9 @@
     │   ├── RobotRefusedError       7    the robot rejected it with an error code
     │   └── CommandSilentError      7    the robot answers other commands, but not this one
     ├── BadInputFileError           8    a plan, capture or journal that cannot be used
-    │   └── BadLineError            8    a bad line in a journal; the reader adds file and line number
+    │   ├── BadLineError            8    a bad line in a journal; the reader adds file and line number
+    │   └── UnreadableCaptureError  8    a capture cannot be read on; what opened it adds the file
+    │       └── CutCaptureError     8    a capture ends inside a record
     ├── UnavailableError            9    no Bluetooth, no serial port here
     │   └── NoSuchAdapterError      9    no Bluetooth adapter of that name
     ├── OutputError                 10   standard output or a file cannot be written
@@ -25,8 +27,7 @@
 
 Faults of a robot are data (``Malformed``, ``Silent``, a finding), never exceptions. One exception is defined
 elsewhere: the plan loader's private time limit, a ``BaseException``, so that ``except Exception`` in a plan
-    does
-not catch it; it never leaves that module.
+does not catch it; it never leaves that module.
 """
 
 from collections.abc import Iterable
@@ -111,6 +112,14 @@ class BadInputFileError(SpheroProbeError):
 
 class BadLineError(BadInputFileError):
     """A line of a journal is not one that this tool writes; the message says why."""
+
+
+class UnreadableCaptureError(BadInputFileError):
+    """A capture cannot be read on from here; the message says why."""
+
+
+class CutCaptureError(UnreadableCaptureError):
+    """A capture ends inside a record."""
 
 
 class UnavailableError(SpheroProbeError):

@@ -8,7 +8,8 @@ from struct import Struct
 from typing import Final
 
 from sphero_probe.captures.record import HCI_H4, LINUX_MONITOR, Record
-from sphero_probe.captures.source import Source, UnreadableError
+from sphero_probe.captures.source import Source
+from sphero_probe.errors import UnreadableCaptureError
 
 MAGIC: Final = b"btsnoop\0"
 _HEAD: Final = Struct(">8sII")
@@ -25,11 +26,11 @@ def btsnoop_records(source: Source) -> Iterator[Record]:
     """Yield the records of a btsnoop file.
 
     Raises:
-        UnreadableError: the file is cut, or its datalink is none of those that are read.
+        UnreadableCaptureError: the file is cut, or its datalink is none of those that are read.
     """
     _, _, datalink = _HEAD.unpack(source.take(_HEAD.size))
     if datalink not in {_H1, _H4, _MONITOR}:
-        raise UnreadableError(f"btsnoop datalink {datalink} is not read")
+        raise UnreadableCaptureError(f"btsnoop datalink {datalink} is not read")
     while source.more():
         _, size, flags, _, stamp = _RECORD.unpack(source.take(_RECORD.size))
         data = source.take(size)

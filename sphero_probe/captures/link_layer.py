@@ -24,6 +24,8 @@ _ADVERTISING: Final = 0x8E89BED6
 _ADV_WITH_DATA, _SCAN_ANSWER, _CONNECT = frozenset({0x0, 0x2, 0x4, 0x6}), 0x4, 0x5
 _CONTINUES, _STARTS, _CONTROL = 1, 2, 3
 _LL_TERMINATE, _LL_START_ENCRYPTION = 0x02, 0x05
+_PDU_TYPE: Final = 0xF
+"""Bits of an advertising header that hold the type."""
 _OVERHEAD: Final = 9
 """Bytes of access address, header and checksum around a payload."""
 _TO_PERIPHERAL, _TO_CENTRAL = 2, 3
@@ -98,7 +100,7 @@ class LinkLayerReader:
         return self._data(record, Line(record.interface, access), known, packet._replace(sent=sent), payload)
 
     def _advertising(self, record: Record, body: bytes, payload: bytes) -> list[Event]:
-        kind = body[4] & 0xF
+        kind = body[4] & _PDU_TYPE
         if kind == _CONNECT and len(payload) >= 19:
             access = int.from_bytes(payload[12:16], "little")
             self._connections.pop(access, None)

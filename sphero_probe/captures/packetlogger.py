@@ -41,7 +41,7 @@ def packetlogger_records(source: Source, order: str) -> Iterator[Record]:
     """Yield the HCI packets of a PacketLogger file.
 
     Raises:
-        UnreadableError: the file is cut.
+        UnreadableCaptureError: the file is cut.
     """
     while source.more():
         size, seconds, micros, kind = _HEAD[order].unpack(source.take(13))

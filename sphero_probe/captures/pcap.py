@@ -22,7 +22,7 @@ def pcap_records(source: Source) -> Iterator[Record]:
     """Yield the records of a pcap file.
 
     Raises:
-        UnreadableError: the file is cut.
+        UnreadableCaptureError: the file is cut.
     """
     head = source.take(24)
     order, scale = MAGICS[head[:4]]

@@ -8,7 +8,8 @@ from struct import Struct, error
 from typing import Final, NamedTuple
 
 from sphero_probe.captures.record import Record
-from sphero_probe.captures.source import Source, UnreadableError
+from sphero_probe.captures.source import Source
+from sphero_probe.errors import UnreadableCaptureError
 
 MAGIC: Final = b"\x0a\x0d\x0d\x0a"
 _SECTION, _INTERFACE, _OLD_PACKET, _SIMPLE, _PACKET = 0x0A0D0D0A, 1, 2, 3, 6
@@ -51,7 +52,7 @@ class _Section:
 
     def add_interface(self, body: bytes) -> None:
         if len(self.interfaces) >= _MAX_INTERFACES:
-            raise UnreadableError(f"more than {_MAX_INTERFACES} interfaces")
+            raise UnreadableCaptureError(f"more than {_MAX_INTERFACES} interfaces")
         link, longest = Struct(f"{self.order}HxxI").unpack_from(body)
         options = self.options(body[8:])
         power = (options.get(_OPT_RESOLUTION) or b"\x06")[0]
@@ -84,7 +85,7 @@ def pcapng_records(source: Source) -> Iterator[Record]:
     """Yield the packets of a pcapng file; a block that makes no sense ends it.
 
     Raises:
-        UnreadableError: the file is cut, or a block makes no sense.
+        UnreadableCaptureError: the file is cut, or a block makes no sense.
     """
     section = _Section("<", 0)
     while source.more():
@@ -92,11 +93,11 @@ def pcapng_records(source: Source) -> Iterator[Record]:
         if head[:4] == MAGIC:
             order = _ORDERS.get(source.peek(4))
             if order is None:
-                raise UnreadableError("a pcapng section of neither byte order")
+                raise UnreadableCaptureError("a pcapng section of neither byte order")
             section = _Section(order, section.next_number)
         kind, size = Struct(f"{section.order}II").unpack(head)
         if size < 12 or size % 4:
-            raise UnreadableError(f"a pcapng block of {size} bytes")
+            raise UnreadableCaptureError(f"a pcapng block of {size} bytes")
         if kind not in {_INTERFACE, _OLD_PACKET, _SIMPLE, _PACKET}:
             source.skip(size - 8)
             continue
@@ -107,4 +108,4 @@ def pcapng_records(source: Source) -> Iterator[Record]:
             elif record := section.packet(kind, body):
                 yield record
         except (error, IndexError) as wrong:
-            raise UnreadableError("a pcapng block that makes no sense") from wrong
+            raise UnreadableCaptureError("a pcapng block that makes no sense") from wrong

@@ -33,8 +33,8 @@ from sphero_probe.captures.record import (
     Record,
 )
 from sphero_probe.captures.serial_lines import SerialReader
-from sphero_probe.captures.source import CutShortError, Source, UnreadableError
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.captures.source import Source
+from sphero_probe.errors import BadInputFileError, CutCaptureError, UnreadableCaptureError
 
 _READERS: Final[dict[int, Callable[[Counts], LinkReader]]] = {
     HCI_H4: HciReader,
@@ -139,9 +139,9 @@ class Capture:
                         yield event
                     elif whole := self._whole.feed(event):
                         yield AttPacket(event.time, event.line, *whole)
-        except UnreadableError as error:
+        except UnreadableCaptureError as error:
             self.cut, self.why = self._source.whole, str(error)
-            if isinstance(error, CutShortError) and not self._source.whole:
+            if isinstance(error, CutCaptureError) and not self._source.whole:
                 self.why = "cut inside its header"
 
     def _events(self, record: Record) -> list[Event]:

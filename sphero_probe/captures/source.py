@@ -2,6 +2,8 @@
 
 from typing import Final, Protocol
 
+from sphero_probe.errors import CutCaptureError, UnreadableCaptureError
+
 MAX_RECORD: Final = 1 << 18
 """Bytes of the longest record that is kept; no Bluetooth packet is a quarter as long."""
 
@@ -12,14 +14,6 @@ class Reads(Protocol):
     def read(self, size: int, /) -> bytes:
         """Return at most so many bytes, none at the end."""
         ...
-
-
-class UnreadableError(Exception):
-    """The file cannot be read on from here; the text says why."""
-
-
-class CutShortError(UnreadableError):
-    """The file ends inside a record."""
 
 
 class Source:
@@ -59,16 +53,16 @@ class Source:
         """Return exactly so many bytes.
 
         Raises:
-            UnreadableError: the file ends before, or no record is so long.
+            UnreadableCaptureError: the file ends before, or no record is so long.
         """
         if size > MAX_RECORD:
-            raise UnreadableError(f"a record of {size} bytes")
+            raise UnreadableCaptureError(f"a record of {size} bytes")
         taken = self._ahead[:size]
         self._ahead = self._ahead[size:]
         while len(taken) < size:
             more = self._read(size - len(taken))
             if not more:
-                raise CutShortError("the file ends inside a record")
+                raise CutCaptureError("the file ends inside a record")
             taken += more
         self._offset += size
         return taken
@@ -77,7 +71,7 @@ class Source:
         """Pass over so many bytes.
 
         Raises:
-            CutShortError: the file ends before.
+            CutCaptureError: the file ends before.
         """
         while size:
             piece = min(size, MAX_RECORD)

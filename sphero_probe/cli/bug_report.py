@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 from zipfile import BadZipFile, ZipFile
 
-from sphero_probe.captures.source import Reads, UnreadableError
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.captures.source import Reads
+from sphero_probe.errors import BadInputFileError, UnreadableCaptureError
 
 _ZIP: Final = b"PK\x03\x04"
 _NO_LOG: Final = "turn on the Bluetooth HCI snoop log in Android's developer options, and report again"
@@ -50,9 +50,9 @@ class _Unzipped:
         """Return the next bytes.
 
         Raises:
-            UnreadableError: the zip is damaged here.
+            UnreadableCaptureError: the zip is damaged here.
         """
         try:
             return self._member.read(size)
         except (BadZipFile, EOFError, zlib.error) as error:
-            raise UnreadableError("the zip is damaged") from error
+            raise UnreadableCaptureError("the zip is damaged") from error

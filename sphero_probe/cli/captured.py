@@ -6,13 +6,13 @@ from typing import Final
 
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.reader import Capture, open_capture
-from sphero_probe.captures.source import Source, UnreadableError
+from sphero_probe.captures.source import Source
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.robots import robot_by_prefix
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.cli.bug_report import recording
-from sphero_probe.errors import BadInputFileError
+from sphero_probe.errors import BadInputFileError, UnreadableCaptureError
 from sphero_probe.protocol.packets import Generation, Packet
 from sphero_probe.reports.captures import captured_row
 from sphero_probe.reports.rows import Row
@@ -39,7 +39,7 @@ def capture_in(path: str) -> Iterator[Capture]:
             yield capture
     except OSError as error:
         raise BadInputFileError(f"{path}: {error.strerror}") from error
-    except UnreadableError as error:
+    except UnreadableCaptureError as error:
         raise BadInputFileError(f"{path}: {error}") from error
 
 

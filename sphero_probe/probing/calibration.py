@@ -61,6 +61,8 @@ class Calibration:
         if not reads and verdicts == {Verdict.NO_TARGET}:
             checks.trust(self._target)
             return self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
+        if self._questions.is_mute:
+            return self._conclude(Strictness.UNKNOWN, "it answers nothing, not even an echo")
         if not reads:
             return self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
         command, last = await self._find_absent(
@@ -101,13 +103,12 @@ class Calibration:
             for row in sorted(rows, key=self._order)
             if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
         ][:_READS_TRIED]
-        reading = Questions(self._line, self._target, _READ_ATTEMPTS)
-        reading.steps = self._questions.steps
         found: list[CommandRow] = []
         verdicts: set[Verdict | None] = set()
         while reads and len(found) < _READS_WANTED:
             some, reads = reads[: _READS_WANTED - len(found)], reads[_READS_WANTED - len(found) :]
-            replies = await reading.ask_all([Command(row.did, row.cid) for row in some], "success")
+            commands = [Command(row.did, row.cid) for row in some]
+            replies = await self._questions.ask_all(commands, "success", attempts=_READ_ATTEMPTS)
             verdicts |= {reply.verdict for reply in replies}
             found += [row for row, reply in zip(some, replies, strict=True) if reply.verdict is Verdict.OK]
         return found, verdicts
@@ -181,4 +182,6 @@ class Calibration:
 
     def _conclude(self, strictness: Strictness, why: str) -> NodeProfile:
         steps = tuple(self._questions.steps)
-        return NodeProfile(self._target, strictness, why, steps, self._absent, self._executed)
+        return NodeProfile(
+            self._target, strictness, why, steps, self._absent, self._executed, self._questions.is_mute
+        )

@@ -66,8 +66,8 @@ class Calibrator:
         keys = [(target, did) for target, among in nodes.items() for did in sorted(among)]
         return Wanted(nodes, [key for key in keys if key not in self._prober.devices])
 
-    async def measure(self, wanted: Wanted) -> None:
-        """Measure nodes and devices.
+    async def measure(self, wanted: Wanted) -> set[int | None]:
+        """Measure nodes and devices; return the nodes that answer nothing.
 
         Raises:
             LinkLostError: the link was lost.
@@ -77,11 +77,14 @@ class Calibrator:
             for target, dids in wanted.nodes.items()
             if target not in self._prober.profiles
         ]
-        executed += [device.executed for device in await self._prober.calibrate_devices(wanted.devices)]
+        mute = {target for target, profile in self._prober.profiles.items() if profile.is_mute}
+        devices = [key for key in wanted.devices if key[0] not in mute]
+        executed += [device.executed for device in await self._prober.calibrate_devices(devices)]
         for command in executed:
             if command:
                 self._executions.take(command)
         await self._executions.report()
+        return mute & wanted.nodes.keys()
 
     def notes(self, wanted: Wanted) -> list[Note]:
         """Return the notes on nodes and devices that were just measured."""

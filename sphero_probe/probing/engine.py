@@ -10,7 +10,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
-from sphero_probe.probing.calibrator import Calibrator
+from sphero_probe.probing.calibrator import Calibrator, Wanted
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
@@ -162,9 +162,10 @@ class Engine:
             self._firmware.update(await introduce(self._line, self.target, self.on_step, self._unsolicited))
             self._line.expect_firmware(self._firmware)
             self._note_slowness()
-            await self._calibrator.measure(wanted)
+            await self._calibrate(wanted)
             for target in wanted.nodes or {self.target: ()}:
-                await self._pipeline.health.passes(target)
+                if target not in self._pipeline.dead:
+                    await self._pipeline.health.passes(target)
 
         await self._line.with_reconnect(begin)
         if self._over:
@@ -176,6 +177,9 @@ class Engine:
         heading = heading_of(self.plan, self.link, self.device)
         heading = heading._replace(firmware=dict(self._firmware), strictness=strictness)
         return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
+
+    async def _calibrate(self, wanted: Wanted) -> None:
+        self._pipeline.give_up_nodes(await self._calibrator.measure(wanted) - self._pipeline.dead)
 
     def _note_slowness(self) -> None:
         """Say so where every answer takes long: the run does, too."""
@@ -191,7 +195,7 @@ class Engine:
         self._pipeline.loss.probes = self.total
         if not is_first:
             wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings)
-            await self._line.with_reconnect(lambda: self._calibrator.measure(wanted))
+            await self._line.with_reconnect(lambda: self._calibrate(wanted))
             for note in self._calibrator.notes(wanted):
                 yield note
         chunk: list[PreparedProbe] = []

@@ -153,10 +153,13 @@ def hung_note(target: int | None, since: datetime | None, robot: Robot | None) -
         robot: the model, None where it is not known.
     """
     at = since.isoformat(timespec="milliseconds").replace("+00:00", "Z") if since else ""
-    text = (
-        f"{node_name(target, robot)} stopped answering as before"
-        f"{f' after {at}' if at else ''} and did not recover: its open probes are inconclusive"
+    name = node_name(target, robot)
+    why = (
+        f"{name} stopped answering as before after {at} and did not recover"
+        if at
+        else f"{name} does not answer"
     )
+    text = f"{why}: its open probes are inconclusive"
     return Note("run", text, {"target": target, "state": "hung", "since": at or None})
 
 

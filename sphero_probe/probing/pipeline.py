@@ -292,14 +292,14 @@ class Pipeline:
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
         void_nodes = wrong.keys() | others - sound
-        self._give_up_nodes(await recover(self.line, self.health, void_nodes, lambda: self._over))
+        self.give_up_nodes(await recover(self.line, self.health, void_nodes, lambda: self._over))
 
     def _may_repeat(self, probe: PreparedProbe) -> bool:
         self._voided[probe.number] += 1
         return self._voided[probe.number] < MAX_VOIDED
 
-    def _give_up_nodes(self, nodes: set[int | None]) -> None:
-        """Settle every probe of nodes that did not recover."""
+    def give_up_nodes(self, nodes: set[int | None]) -> None:
+        """Settle every probe of nodes that answer nothing."""
         self.dead |= nodes
         for target in nodes:
             self._on_note(self._log.hung(target, self._prober.link.policy.robot))

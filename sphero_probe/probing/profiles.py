@@ -64,6 +64,7 @@ class NodeProfile(NamedTuple):
         steps: the evidence.
         absent: a command that the node called absent, None if there is none.
         executed: a command above the class ``read`` that accepted a wrong length; None if none did.
+        is_mute: it answered nothing, not even an echo.
     """
 
     target: int | None
@@ -72,6 +73,7 @@ class NodeProfile(NamedTuple):
     steps: tuple[Step, ...]
     absent: Command | None = None
     executed: Command | None = None
+    is_mute: bool = False
 
 
 class DeviceProfile(NamedTuple):

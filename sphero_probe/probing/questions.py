@@ -10,13 +10,16 @@ from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.profiles import Answer, Step
 from sphero_probe.protocol.packets import Command, Verdict
-from sphero_probe.session.identify import ask_well_known
+from sphero_probe.session.identify import ask_well_known, wake
 from sphero_probe.session.reconnect import Reconnector
 
 _PATIENT: Final = 0.5
 """Seconds of timeout beyond which a silence is followed by an echo, whose answer makes the timeout short."""
 _TIMES: Final = 4
 """How many round trips such a timeout has at least."""
+_SILENCES: Final = 6
+"""Silences in a row after which the node is woken and asked echoes, to learn whether it answers at all."""
+_ECHOES: Final = 3
 
 
 class Reply(NamedTuple):
@@ -38,11 +41,14 @@ class Questions:
 
     Attributes:
         steps: the evidence so far.
+        is_mute: the node answers nothing, not even an echo; it is asked nothing more.
     """
 
     def __init__(self, line: Reconnector, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
         """Choose the node, and how often a silent question is asked."""
         self.steps: list[Step] = []
+        self.is_mute = False
+        self._silences = 0
         self._attempts = attempts
         self._line = line
         self._target = target
@@ -62,26 +68,40 @@ class Questions:
         (reply,) = await self.ask_all([command], wanted)
         return reply
 
-    async def ask_all(self, commands: Sequence[Command], *wanted: str) -> list[Reply]:
-        """Ask several questions at once; ``wanted`` has an answer for each, or one for all.
+    async def ask_all(
+        self, commands: Sequence[Command], *wanted: str, attempts: int | None = None
+    ) -> list[Reply]:
+        """Ask several questions at once.
+
+        Args:
+            commands: to send; their node is replaced.
+            *wanted: how a strict node answers each, or one answer for all.
+            attempts: how often a silent one is asked, None for the usual number.
 
         Raises:
             LinkLostError: the link was lost.
         """
         wanted = wanted if len(wanted) == len(commands) else wanted * len(commands)
-        replies = await ask_together(map(self._ask, commands, wanted))
+        limit = self._attempts if attempts is None else attempts
+        replies = await ask_together(
+            self._ask(command, answer, limit) for command, answer in zip(commands, wanted, strict=True)
+        )
         self.steps += [step for step, _ in replies]
         return [reply for _, reply in replies]
 
-    async def _ask(self, command: Command, wanted: str) -> tuple[Step, Reply]:
+    async def _ask(self, command: Command, wanted: str, attempts: int) -> tuple[Step, Reply]:
         """Ask until it is answered; retries are sent with nothing else in flight."""
         codec = self._line.link.codec
         command = command._replace(target=self._target)
-        for attempt in range(self._attempts):
+        for attempt in range(attempts):
+            if self.is_mute:
+                break
             exchange = await (self._ask_alone(command) if attempt else self._line.link.ask(command))
             if isinstance(exchange, Blocked):
                 return Step(command, wanted, "blocked"), Reply(None, blocked=True)
+            self._silences += 1
             if isinstance(exchange, Answered):
+                self._silences = 0
                 response = exchange.response
                 verdict, said = codec.verdict(response.code), codec.code_name(response.code)
                 if verdict is not Verdict.BUSY or wanted == said:
@@ -94,9 +114,19 @@ class Questions:
         """Ask with nothing else in flight; before another is asked so, an echo may follow a silence."""
         async with self._turn:
             exchange = await self._line.link.ask(command, alone=True)
-            if isinstance(exchange, Silent):
+            if isinstance(exchange, Silent) and not self.is_mute:
                 await self._time_an_echo()
+                await self._check_mute()
             return exchange
+
+    async def _check_mute(self) -> None:
+        """After many silences, wake the node and ask it echoes."""
+        if self._silences < _SILENCES:
+            return
+        self._silences = 0
+        await wake(self._line.link, self._target, 1)
+        echo = await ask_well_known(self._line.link, WellKnown.ECHO, self._target, _ECHOES)
+        self.is_mute = isinstance(echo, Silent)
 
     async def _time_an_echo(self) -> None:
         """Make a timeout that silences have made long short again, where the node still answers."""

@@ -13,7 +13,7 @@ from sphero_probe.reports.phrases import shown
 from sphero_probe.reports.rows import Row
 
 _EXECUTED: Final = "a wrong length was executed, so its node got no further wrong length"
-_GAVE_UP: Final = "a node stopped answering as before and was given up"
+_GAVE_UP: Final = "a node does not answer as it should and was given up"
 _UNAVAILABLE: Final = "a node was unavailable"
 _LOST: Final = "the link was lost"
 _STOPPED: Final = "it was stopped before everything was asked"

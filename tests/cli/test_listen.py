@@ -44,6 +44,7 @@ def test_listen_and_sweep_show_a_notification_alike(cli: Cli) -> None:
         "cid": 0x1A,
         "seq": 0xFF,
         "name": "power.did_sleep_notify",
+        "flags": ["is_activity"],
         "fields": {},
         "payload": "",
         "raw": "8d08131affcbd8",
@@ -70,7 +71,7 @@ def test_listen_sweep_and_decode_read_a_sensor_stream_alike(cli: Cli, tmp_path: 
 
     (finding,) = (row for row in objects(swept.out) if row["type"] == "finding" and row["number"] == 1)
     traffic = [str(finding["sent"]), str(finding["received"]), *(str(row["raw"]) for row in streamed)]
-    decoded = objects(cli("decode", "".join(traffic), "--format", "jsonl").out)
+    decoded = objects(cli("decode", "".join(traffic), "--robot", "bolt", "--format", "jsonl").out)
     assert [row["kind"] for row in decoded[:2]] == ["command", "response"]
     assert [packet_keys(row) for row in decoded[2:]] == [packet_keys(note) for note in streamed]
     unknown = objects(cli("decode", "".join(traffic[2:]), "--format", "jsonl").out)

@@ -87,6 +87,10 @@ def nibble_arithmetic(source: str) -> list[str]:
     return found
 
 
+NO_ADDRESS = {"body[4] & _PDU_TYPE"}
+"""Four bits of something else: the type of a Bluetooth advertisement."""
+
+
 def test_nibble_arithmetic_is_found() -> None:
     source = "_NODE: int = 0x0F\nx = port << 4 | 1\ny = target & 0xF0\nz = byte >> 4\n"
     source += "n = _NODE & b\nb >>= 4\np = b // 16"
@@ -99,5 +103,5 @@ def test_nibble_arithmetic_is_found() -> None:
     [pytest.param(file, id=str(file.relative_to(PACKAGE))) for file in sorted(PACKAGE.rglob("*.py"))],
 )
 def test_only_one_module_splits_address_bytes(file: Path) -> None:
-    found = nibble_arithmetic(file.read_text(encoding="utf-8"))
+    found = [one for one in nibble_arithmetic(file.read_text(encoding="utf-8")) if one not in NO_ADDRESS]
     assert bool(found) == (file == HOME), found

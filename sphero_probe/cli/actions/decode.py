@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from sphero_probe.captures.dumps import begins_as_dump
 from sphero_probe.captures.pasted import pasted_bytes
 from sphero_probe.captures.reader import Capture, open_capture
-from sphero_probe.captures.source import Reads, Source, UnreadableError
+from sphero_probe.captures.source import Reads, Source
 from sphero_probe.captures.text import is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
@@ -25,7 +25,7 @@ from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import hex_bytes, is_hex
 from sphero_probe.cli.values import Output
-from sphero_probe.errors import BadInputFileError, UsageError
+from sphero_probe.errors import BadInputFileError, UnreadableCaptureError, UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
 from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
@@ -205,7 +205,7 @@ def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording |
             try:
                 with recording(text) as file:
                     yield _read(file, text)
-            except (OSError, ValueError, UnreadableError) as error:
+            except (OSError, ValueError, UnreadableCaptureError) as error:
                 why = error.strerror if isinstance(error, OSError) else str(error)
                 raise BadInputFileError(f"{text}: {why}", "give hex bytes or a file") from error
 

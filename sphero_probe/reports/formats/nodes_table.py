@@ -3,6 +3,7 @@
 from itertools import groupby
 from typing import Final, TextIO
 
+from sphero_probe.protocol.address import Address
 from sphero_probe.reports.phrases import Data, hex_id, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
@@ -78,7 +79,7 @@ def _alike(node: Data) -> str:
 
 def _port(node: Data) -> int:
     address = node.get("address")
-    return address >> 4 if isinstance(address, int) else -1
+    return Address.from_byte(address).port if isinstance(address, int) else -1
 
 
 def _said_by(node: Data) -> str:
@@ -87,7 +88,7 @@ def _said_by(node: Data) -> str:
     if node.get("code") is None:
         return "no answer"
     told = f"{hex_id(node.get('code'))} {shown(node.get('code_name'))}"
-    answering = by & 15 if isinstance(by, int) else None
+    answering = Address.from_byte(by).node if isinstance(by, int) else None
     if node.get("state") == "answers":
         told = "" if node.get("code") == 0 else told
         return told if asked == answering or answering is None else f"{told} by node {answering}".strip()
