@@ -249,3 +249,28 @@ def test_a_node_that_hangs_leaves_the_verdicts_of_the_other(
     assert (note.data["target"], note.data["state"]) == (0x12, "hung")
     assert note.text.startswith("secondary stopped answering as before after 20")
     assert not next(record for record in records if isinstance(record, Summary)).complete
+
+
+def test_a_node_that_answers_nothing_is_given_up_soon() -> None:
+    async def work() -> tuple[list[Record], float]:
+        async with open_session("fake:rvr?die=2@1ms&latency=15ms", Consent()) as session:
+            probes = [Probe(Command(0x16, cid, b"", 0x12)) for cid in range(256)]
+            probes += [Probe(Command(0x11, cid, b"", 0x11)) for cid in range(8)]
+            engine = Engine(
+                Plan("drive", "", [probes]), session.link, "RV", 0x11, reconnect=session.reconnect
+            )
+            clock = asyncio.get_running_loop()
+            began = clock.time()
+            records = [record async for record in engine.records()]
+            return records, clock.time() - began
+
+    records, seconds = run(work())
+    assert seconds < 60
+    found = {record.number: record for record in records if isinstance(record, Finding)}
+    assert len(found) == 264
+    assert {found[number].outcome for number in range(1, 257)} == {Outcome.SKIPPED, Outcome.INCONCLUSIVE}
+    others = {found[number].outcome for number in range(257, 265)}
+    assert others == {Outcome.EXISTS, Outcome.ABSENT, Outcome.SKIPPED}
+    (note,) = [record for record in records if isinstance(record, Note) and record.kind == "run"]
+    assert note.text == "secondary does not answer: its open probes are inconclusive"
+    assert not next(record for record in records if isinstance(record, Summary)).complete
