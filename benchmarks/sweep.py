@@ -15,7 +15,8 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.link import Link
-from sphero_probe.link.policy import WRONG_LENGTH, Consent, Policy
+from sphero_probe.link.policy import Consent, Policy
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Outcome
 from sphero_probe.probing.plan import Plan, sweep

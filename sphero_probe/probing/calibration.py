@@ -13,7 +13,7 @@ from sphero_probe.catalogue import all_rows, commands_of
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
-from sphero_probe.link.policy import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
 from sphero_probe.probing.profiles import ACCEPTED, GONE, NodeProfile, Strictness
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.protocol.address import PRIMARY, Address

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Container, Mapping, Sequence
 from typing import NamedTuple
 
-from sphero_probe.link.policy import IMPOSSIBLE_CIDS, is_wrong_length
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, is_wrong_length
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Note
 from sphero_probe.probing.notes import calibration_note, evidence_note

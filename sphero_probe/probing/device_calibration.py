@@ -14,7 +14,7 @@ from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
-from sphero_probe.link.policy import IMPOSSIBLE_CIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
 from sphero_probe.probing.profiles import ACCEPTED, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.protocol.packets import Command, Generation, Verdict

@@ -15,7 +15,6 @@ from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import introduce
-from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.notes import (
     node_name,
     note_of,
@@ -28,11 +27,10 @@ from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import FilledProbe, Prober
-from sphero_probe.probing.readings import Readings
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
+from sphero_probe.probing.results import Results
 from sphero_probe.probing.retries import EXECUTED_BEFORE, SettledProbe, no_result
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
-from sphero_probe.probing.unreachable import is_unreachable
 from sphero_probe.probing.verification import contradiction, is_verified
 from sphero_probe.protocol.packets import Malformed
 from sphero_probe.session.reconnect import Reconnect, Reconnector
@@ -78,11 +76,9 @@ class Engine:
     _pipeline: Pipeline = field(init=False)
     _executions: Executions = field(init=False)
     _calibrator: Calibrator = field(init=False)
+    _results: Results = field(init=False)
     _notes: list[Note] = field(default_factory=list)
-    _firmware: dict[str, str] = field(default_factory=dict)
     _unsolicited: list[Unsolicited] = field(default_factory=list)
-    _readings: Readings = field(default_factory=Readings)
-    _incomplete: bool = False
 
     def __post_init__(self) -> None:
         self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
@@ -91,7 +87,8 @@ class Engine:
         self._executions = Executions(self._prober, self._notes.append)
         self._calibrator = Calibrator(self._prober, self._executions, verify=self.plan.verify)
         self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions, self._notes.append)
-        self._pipeline.on_answer = self._judge
+        self._results = Results(self._prober, self.recorder, self._executions, self.findings)
+        self._pipeline.on_answer = self._results.judge
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, after the recorder has recorded it.
@@ -142,7 +139,9 @@ class Engine:
             loop.time() - began,
             sum(finding.attempts > 0 for finding in self.findings),
             self._line.frames_sent,
-            complete=not (self._over or self._incomplete or self._executions.commands or self._pipeline.dead),
+            complete=not (
+                self._over or self._results.is_incomplete or self._executions.commands or self._pipeline.dead
+            ),
         )
         if self._line.lost:
             raise self._line.lost
@@ -159,8 +158,10 @@ class Engine:
         wanted = self._calibrator.find_wanted(probes, 1, self.earlier.findings)
 
         async def begin() -> None:
-            self._firmware.update(await introduce(self._line, self.target, self.on_step, self._unsolicited))
-            self._line.expect_firmware(self._firmware)
+            self._results.firmware.update(
+                await introduce(self._line, self.target, self.on_step, self._unsolicited)
+            )
+            self._line.expect_firmware(self._results.firmware)
             self._note_slowness()
             await self._calibrate(wanted)
             for target in wanted.nodes or {self.target: ()}:
@@ -175,7 +176,7 @@ class Engine:
             for target, profile in self._prober.profiles.items()
         }
         heading = heading_of(self.plan, self.link, self.device)
-        heading = heading._replace(firmware=dict(self._firmware), strictness=strictness)
+        heading = heading._replace(firmware=dict(self._results.firmware), strictness=strictness)
         return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
 
     async def _calibrate(self, wanted: Wanted) -> None:
@@ -226,7 +227,7 @@ class Engine:
         If a probe ends differently, an inconclusive finding replaces its first one.
         """
         self._pipeline.limit_in_flight(1)
-        self._pipeline.on_answer = self._finding  # recorded only if it differs
+        self._pipeline.on_answer = self._results.finding_of  # recorded only if it differs
         before = {finding.number: finding for finding in self.findings if is_verified(finding)}
         again = (
             self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
@@ -240,8 +241,10 @@ class Engine:
             yield note
         for settled_probe in sorted(settled, key=lambda settled_probe: settled_probe.probe.number):
             old = before[settled_probe.probe.number]
-            if changed := contradiction(old, settled_probe.finding or self._finding(settled_probe)):
-                yield self._replace(old, changed)
+            if changed := contradiction(
+                old, settled_probe.finding or self._results.finding_of(settled_probe)
+            ):
+                yield self._results.replace(old, changed)
 
     async def _late(self) -> AsyncIterator[Record]:
         """Wait once for late answers to all silent probes; yield the findings that they change."""
@@ -252,47 +255,17 @@ class Engine:
         for settled_probe in settled:
             old = by_number[settled_probe.probe.number]
             if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
-                yield self._replace(old, self._finding(settled_probe))
-        for old, new in self._readings.take(self.findings):
-            yield self._replace(old, new)
-
-    def _replace(self, old: Finding, new: Finding) -> Finding:
-        self.findings[self.findings.index(old)] = new
-        self.recorder.record(new)
-        return new
+                yield self._results.replace(old, self._results.finding_of(settled_probe))
+        for old, new in self._results.readings.take(self.findings):
+            yield self._results.replace(old, new)
 
     def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
         """Return the notes so far and the findings of settled probes, in order."""
         ordered = sorted(settled, key=lambda settled_probe: settled_probe.probe.number)
         return [
             *self._take_notes(),
-            *(settled_probe.finding or self._judge(settled_probe) for settled_probe in ordered),
+            *(settled_probe.finding or self._results.judge(settled_probe) for settled_probe in ordered),
         ]
-
-    def _judge(self, settled: SettledProbe) -> Finding:
-        """Judge a settled probe and record the finding."""
-        finding = self._finding(settled)
-        self._readings.look(finding, now=asyncio.get_running_loop().time())
-        self.recorder.record(finding)
-        return finding
-
-    def _finding(self, settled: SettledProbe) -> Finding:
-        """Return the finding of a settled probe; any doubt makes it inconclusive."""
-        probe, result, doubt, _ = settled
-        command, robot = probe.command, self.link.policy.robot
-        finding = finding_of(
-            probe,
-            result,
-            self.link.codec,
-            masked=self._prober.masks(command.target),
-            device=self._prober.devices.get((command.target, command.did)),
-            robot=robot,
-            firmware=self._firmware.get(node_name(command.target, robot), ""),
-        )
-        if probe.number in self._executions.numbers:
-            finding = finding._replace(note="executed: it accepted this length")
-        self._incomplete |= is_unreachable(finding, self.link.codec, robot)
-        return finding._replace(outcome=Outcome.INCONCLUSIVE, note=doubt) if doubt else finding
 
     def _settled_earlier(self, number: int, probe: Probe) -> Finding | None:
         """Return the finding of this probe from an interrupted run, None if the probe must be sent."""
@@ -302,7 +275,7 @@ class Engine:
         risk = self.earlier.doubtful.get(number, Risk.READ)
         if risk > Risk.PROBE:
             prepared = self._prober.prepare(self._prober.fill(number, probe))._replace(risk=risk)
-            return self._judge(SettledProbe(prepared, no_result(prepared, 1), EXECUTED_BEFORE))
+            return self._results.judge(SettledProbe(prepared, no_result(prepared, 1), EXECUTED_BEFORE))
         return None
 
     def _hear_unsolicited(self, unsolicited: Unsolicited, described: dict[str, object]) -> None:
@@ -311,7 +284,7 @@ class Engine:
             self._unsolicited.append(unsolicited)
         if isinstance(unsolicited, LateResponse | Malformed):
             self._pipeline.hear(unsolicited)
-        self._readings.hear(unsolicited, now=asyncio.get_running_loop().time())
+        self._results.readings.hear(unsolicited, now=asyncio.get_running_loop().time())
         self._notes.append(note_of(unsolicited, described))
 
     def _take_notes(self) -> list[Note]:

@@ -11,7 +11,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
-from sphero_probe.link.policy import WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.profiles import GONE
 from sphero_probe.protocol.address import Address

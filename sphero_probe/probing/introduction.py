@@ -7,7 +7,7 @@ from typing import Final
 from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
 from sphero_probe.link.exchange import Answered, LateResponse, Silent, Unsolicited
-from sphero_probe.link.policy import IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_DIDS, WRONG_LENGTH
 from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Notification

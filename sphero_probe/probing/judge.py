@@ -7,7 +7,7 @@ from sphero_probe.catalogue.provenance import absence_note
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
-from sphero_probe.link.policy import is_impossible
+from sphero_probe.link.wrong_lengths import is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Confidence, Finding, Outcome
 from sphero_probe.probing.profiles import GONE, Answer, DeviceProfile

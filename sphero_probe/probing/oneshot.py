@@ -10,7 +10,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
-from sphero_probe.link.policy import is_wrong_length
+from sphero_probe.link.wrong_lengths import is_wrong_length
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of

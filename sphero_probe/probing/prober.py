@@ -10,7 +10,8 @@ from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.length_checks import REJECTIONS_WANTED
 from sphero_probe.link.link import Link
-from sphero_probe.link.policy import WRONG_LENGTH, Consent, is_impossible
+from sphero_probe.link.policy import Consent
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH, is_impossible
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from sphero_probe.link.policy import WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH
 from sphero_probe.protocol.packets import Command, Verdict
 
 GONE: Final = (Verdict.NO_DEVICE, Verdict.NO_COMMAND)

@@ -33,6 +33,7 @@ from sphero_probe.protocol.packets import (
     Role,
     Verdict,
 )
+from sphero_probe.protocol.v1_codes import V1_CODES
 from sphero_probe.protocol.v1_frames import (
     MAX_FRAME,
     MIN_FRAME,
@@ -66,26 +67,6 @@ _DLEN_FIXED = 0xFF
 _OPTIONS = 0x07
 _FIXED_LENGTHS = {bytes(pair): length + 1 for pair, length in FIXED_PAYLOADS.items()}
 _UNLISTED = ("unlisted", Verdict.UNLISTED)
-
-_CODES: Final[dict[int, tuple[str, Verdict]]] = {
-    0x00: ("OK", Verdict.OK),
-    0x01: ("general error", Verdict.FAILED),
-    0x02: ("bad checksum", Verdict.DAMAGED),
-    0x03: ("command fragment", Verdict.DAMAGED),
-    0x04: ("unknown command id", Verdict.NO_COMMAND),
-    0x05: ("unsupported command", Verdict.NOT_IMPLEMENTED),
-    0x06: ("bad message format", Verdict.BAD_LENGTH),
-    0x07: ("bad parameter value", Verdict.BAD_VALUE),
-    0x08: ("execution failed", Verdict.FAILED),
-    0x09: ("unknown device id", Verdict.NO_DEVICE),
-    0x0A: ("memory busy", Verdict.BUSY),
-    0x0B: ("bad password", Verdict.RESTRICTED),
-    0x31: ("power no good", Verdict.FAILED),
-    0x32: ("page illegal", Verdict.BAD_VALUE),
-    0x33: ("flash fail", Verdict.FAILED),
-    0x34: ("main app corrupt", Verdict.FAILED),
-    0x35: ("message timeout", Verdict.DAMAGED),  # the robot gave up waiting for the rest of the packet
-}
 
 
 class V1Codec:
@@ -168,11 +149,11 @@ class V1Codec:
 
     def verdict(self, code: int) -> Verdict:
         """Return what an MRSP code means, ``UNLISTED`` for a code that is in no document."""
-        return _CODES.get(code, _UNLISTED)[1]
+        return V1_CODES.get(code, _UNLISTED)[1]
 
     def code_name(self, code: int) -> str:
         """Return the V1 name of an MRSP code, or ``unlisted``."""
-        return _CODES.get(code, _UNLISTED)[0]
+        return V1_CODES.get(code, _UNLISTED)[0]
 
 
 def _encode_request(sop2: int, command: Command, seq: int) -> bytes:

@@ -11,7 +11,7 @@ from sphero_probe.catalogue import ROBOTS as MODELS
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.probing.finding import Confidence, Outcome
 from sphero_probe.probing.notes import node_name
-from sphero_probe.reports import phrases
+from sphero_probe.reports import address_phrases, phrases
 from sphero_probe.reports.ids import pair_spans
 from sphero_probe.reports.phrases import shown
 
@@ -136,9 +136,9 @@ def line_of(data: Data, robot: Robot | None) -> FindingLine:
 def _answered_by(data: Data, robot: Robot | None) -> str:
     """Return which other node answered, empty where it is the one that was asked or none was asked for."""
     source = data.get("answered_by")
-    if data.get("target") is None or not phrases.answered_elsewhere(data) or not isinstance(source, int):
+    if data.get("target") is None or not isinstance(source, int):
         return ""
-    return f"answered by {node_name(source, robot)}"
+    return f"answered by {node_name(source, robot)}" if address_phrases.answered_elsewhere(data) else ""
 
 
 def places(lines: Iterable[FindingLine]) -> list[str]:

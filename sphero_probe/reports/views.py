@@ -8,7 +8,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final, NamedTuple
 
-from sphero_probe.reports import phrases
+from sphero_probe.reports import address_phrases, phrases
 from sphero_probe.reports.phrases import Data, hex_id, shown, spaced_hex
 
 Render = Callable[[Data], str]
@@ -115,8 +115,8 @@ FINDING: Final = View(
         *_FINDING_RECORD,
         _PAIR,
         table_only("Name", lambda data: shown(data.get("name")) or "not in any catalogue"),
-        table_only("Node", phrases.node_asked),
-        table_only("Answered by", phrases.answered_by),
+        table_only("Node", address_phrases.node_asked),
+        table_only("Answered by", address_phrases.answered_by),
         table_only("Risk", lambda data: shown(data.get("risk"))),
         table_only("Outcome", lambda data: phrases.remarked(shown(data.get("outcome")), data.get("note"))),
         table_only("Answer", lambda data: phrases.outcome(data) if data.get("sent") else ""),
@@ -169,7 +169,7 @@ PACKETS: Final = View(
         *record_only("code", show=hex_id),
         *record_only("code_name"),
         *record_only("target", "source", show=hex_id),
-        table_only("Nodes", phrases.addresses),
+        table_only("Nodes", address_phrases.addresses),
         both("name"),
         _FIELDS,
         *record_only("payload", "raw", show=spaced_hex),

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.cli.group import whole_group
-from sphero_probe.cli.options import Seconds
 from sphero_probe.cli.parse import hex_bytes, is_hex
 from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.time_type import Seconds
 from sphero_probe.cli.values import SUFFIXES
 from sphero_probe.errors import UsageError
 from tests.support.cli import Cli

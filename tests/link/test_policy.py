@@ -18,16 +18,8 @@ from sphero_probe.catalogue import (
 )
 from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.policy import (
-    NEIGHBOURHOOD,
-    WRONG_LENGTH,
-    WRONG_LENGTHS,
-    Assessment,
-    Consent,
-    Policy,
-    is_wrong_length,
-    why_blocked,
-)
+from sphero_probe.link.policy import NEIGHBOURHOOD, Assessment, Consent, Policy, why_blocked
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH, WRONG_LENGTHS, is_wrong_length
 from sphero_probe.protocol.packets import Command, Generation
 
 V2 = Generation.V2

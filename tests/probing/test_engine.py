@@ -12,7 +12,8 @@ from sphero_probe.errors import BadInputFileError, LinkLostError, NoAnswerError
 from sphero_probe.link.exchange import Answered
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import WIDEST
-from sphero_probe.link.policy import Consent, Policy, is_impossible
+from sphero_probe.link.policy import Consent, Policy
+from sphero_probe.link.wrong_lengths import is_impossible
 from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sphero_probe.reports import phrases, views
+from sphero_probe.reports import address_phrases, phrases, views
 from sphero_probe.reports.rows import Row
 from tests.support.reports_by_hand import rendered
 
@@ -112,7 +112,7 @@ def test_layouts(data: dict[str, str | None], words: str) -> None:
     ],
 )
 def test_addresses(data: dict[str, int], words: str) -> None:
-    assert phrases.addresses(data) == words
+    assert address_phrases.addresses(data) == words
 
 
 def test_robots() -> None:

@@ -13,7 +13,7 @@ from sphero_probe.catalogue.model import Kind
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import FACTS, WellKnown, row_for
 from sphero_probe.link.exchange import Answered
-from sphero_probe.link.policy import IMPOSSIBLE_CIDS
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS
 from sphero_probe.probing.comparison import claimed_devices
 from sphero_probe.probing.finding import Finding, Outcome
 from sphero_probe.probing.plan import Plan, Probe, Stage
