@@ -10,8 +10,8 @@ from sphero_probe.catalogue import commands
 from sphero_probe.link import policy as policy_module
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.probing import engine as engine_module
 from sphero_probe.probing import prober as prober_module
+from sphero_probe.probing import results as results_module
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Record
 from sphero_probe.probing.plan import Plan, sweep
@@ -58,7 +58,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     count(Policy, "_evaluate", "assessments")
     count(commands, "rows_of", "row scans")
     count(policy_module, "rows_of", "row scans")
-    count(engine_module, "finding_of", "judgements")
+    count(results_module, "finding_of", "judgements")
     return counted
 
 

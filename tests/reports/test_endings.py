@@ -80,7 +80,7 @@ ECHO = Command(0x10, 0x00, b"sphero", 0x11)
         pytest.param([EXECUTED], "a wrong length was executed", id="executed"),
         pytest.param(
             [finding_row(silent(1, 0x13, 0x10)._replace(note=DEAD))],
-            "a node stopped answering",
+            "a node does not answer as it should",
             id="given up",
         ),
         pytest.param(
