@@ -120,13 +120,15 @@ class Questions:
             return exchange
 
     async def _check_mute(self) -> None:
-        """After many silences, wake the node and ask it echoes."""
+        """After many silences, wake the node and ask it echoes; a late answer is an answer, too."""
         if self._silences < _SILENCES:
             return
         self._silences = 0
-        await wake(self._line.link, self._target, 1)
-        echo = await ask_well_known(self._line.link, WellKnown.ECHO, self._target, _ECHOES)
-        self.is_mute = isinstance(echo, Silent)
+        link = self._line.link
+        await wake(link, self._target, 1)
+        before = link.answers
+        echo = await ask_well_known(link, WellKnown.ECHO, self._target, _ECHOES)
+        self.is_mute = isinstance(echo, Silent) and link.answers == before
 
     async def _time_an_echo(self) -> None:
         """Make a timeout that silences have made long short again, where the node still answers."""

@@ -110,7 +110,9 @@ def test_every_finding_is_true_or_says_inconclusive(group: int) -> None:
                 last[record.number] = record
         summary = next(record for record in records if isinstance(record, Summary))
         surprised = [record for record in records if isinstance(record, Note) and record.kind == EXECUTED]
-        assert summary.complete is not bool(surprised), settings
+        given_up = [record for record in records if isinstance(record, Note) and "state" in record.data]
+        assert summary.complete is not bool(surprised or given_up), settings
+        assert not given_up or "latency=1200ms" in settings, settings  # answers to echoes are late, too
         assert len(last) == 2 * len(CIDS), settings
         for finding in last.values():
             exists = finding.command[:2] in truth

@@ -210,7 +210,7 @@ def test_never_one_of_several_and_always_a_short_message(wanted: str, robots: li
     chosen = outcome(wanted, around)
     if isinstance(chosen, RobotNotFoundError):
         assert len(meant) != 1 or meant[0].connected
-        assert len(str(chosen)) < 480
+        assert len(str(chosen)) < 640  # eight robots of one name, all connected to this machine
         assert len(chosen.hint) < 200
         assert "\n" not in visible(str(chosen))
         return
