@@ -394,7 +394,7 @@ local function value_text(field, range)
     local number = number_of(kind, range)
     local text
     if kind == "bytes" then
-        text = tostring(range:bytes())
+        text = tostring(range:bytes()):lower()
     elseif kind == "cstring" then
         local raw = range:raw()
         text = raw:sub(1, (raw:find("\0", 1, true) or #raw + 1) - 1):gsub("[^\32-\126]", function(other)
@@ -450,7 +450,7 @@ local function show_payload(tree, range, layouts)
                 local size = field.to_end and length - at or field.size
                 if size > 0 and at + size <= length then
                     local width = blob and size or field.width
-                    for from = at, at + size - width, width do
+                    for from = at, field[2] == "const" and -1 or at + size - width, width do
                         local part = range(from, width)
                         tree:add(f.field, part, value_text(field, part)):set_text(value_text(field, part))
                     end

@@ -128,9 +128,13 @@ def _rows(table: str, pairs: Mapping[int, Sequence[CommandRow]]) -> Iterable[str
 
 
 def _layouts(layouts: Iterable[Layout | None]) -> str:
-    """Write the variants of layouts: the first that fits a payload's length is used."""
+    """Write the variants of a pair's layouts, without those that robots read differently at one length."""
+    known = [layout for layout in dict.fromkeys(layouts) if layout is not None]
     variants = dict.fromkeys(
-        variant for layout in dict.fromkeys(layouts) if layout is not None for variant in layout.variants
+        variant
+        for layout in known
+        for variant in layout.variants
+        if all(variant in other.variants or not other.accepts(variant.minimum_length) for other in known)
     )
     return _table(_table(map(_field, variant.fields)) for variant in variants)
 

@@ -20,8 +20,11 @@ from sphero_probe.captures.pcapng_out import head, packet
 from sphero_probe.captures.reader import open_capture
 from sphero_probe.captures.source import Source
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
-from sphero_probe.catalogue import DEVICE_NAMES, all_rows
+from sphero_probe.catalogue import DEVICE_NAMES, all_rows, rows_of
 from sphero_probe.catalogue.gatt import PROFILES
+from sphero_probe.catalogue.model import Kind
+from sphero_probe.catalogue.payload.enums import VALUE_NAMES
+from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
     Command,
@@ -38,6 +41,7 @@ TSHARK = shutil.which("tshark")
 GOLDEN = Path(__file__).parents[1] / "data" / "golden_frames.json"
 START = 1_700_000_000_000_000_000
 STEP = 1_500_000
+FIELD = "sphero.payload.field"
 
 with_tshark = pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
 
@@ -210,7 +214,11 @@ def ours(captured: CapturedPacket, pairing: Pairing) -> Seen:
 
 
 def by_tshark(file: bytes, folder: Path) -> list[Seen]:
-    """Return what Wireshark's engine shows with our script."""
+    return [theirs(shown) for shown in shown_by_tshark(file, folder)]
+
+
+def shown_by_tshark(file: bytes, folder: Path) -> list[ET.Element]:
+    """Return the packets that Wireshark's engine shows with our script."""
     script, capture = folder / "sphero.lua", folder / "capture.pcapng"
     script.write_text(dissector("1.0"), encoding="utf-8")
     capture.write_bytes(file)
@@ -219,7 +227,7 @@ def by_tshark(file: bytes, folder: Path) -> list[Seen]:
     assert "Lua" not in ran.stderr
     tree = ET.fromstring(ran.stdout)
     assert "Lua Error" not in ran.stdout
-    return [theirs(shown) for shown in tree.iter() if shown.get("name") == "sphero" and is_packet(shown)]
+    return [shown for shown in tree.iter() if shown.get("name") == "sphero" and is_packet(shown)]
 
 
 def is_packet(shown: ET.Element) -> bool:
@@ -277,6 +285,79 @@ def test_tshark_shows_what_our_decoder_reads(generation: Generation, tmp_path: P
     assert {seen.kind for seen in wanted} == {"command", "response", "notification", "malformed"}
     assert any(seen.answered_after for seen in wanted)
     assert apart(by_tshark(file, tmp_path)) == apart(wanted)
+
+
+def payload_for(layout: Layout | None, rng: random.Random) -> bytes:
+    """Return random bytes that fit a layout; letters where it has text, which is shown escaped otherwise."""
+    if layout is None:
+        return b""
+    size = layout.minimum_length
+    size += 8 if layout.accepts(size + 8) else 0
+    return bytes(rng.choices(b"ABC", k=size)) if "cstring" in layout.text else rng.randbytes(size)
+
+
+def every_layout(generation: Generation) -> Iterator[tuple[Frame, Layout, bytes]]:
+    """Yield a command and a response for each row that is alone with its ids, and their payloads."""
+    rng = random.Random(7)
+    codec = CODECS[generation]
+    for number, row in enumerate(row for row in all_rows(generation) if row.kind is Kind.COMMAND):
+        if len(rows_of(generation, row.did, row.cid)) > 1:
+            continue
+        seq = number % 250
+        asked, answer = (payload_for(layout, rng) for layout in (row.request, row.response))
+        yield (
+            (True, codec.encode_command(Command(row.did, row.cid, asked), seq)),
+            row.request or Layout(""),
+            asked,
+        )
+        did, cid = (None, None) if generation is Generation.V1 else (row.did, row.cid)
+        response = Response(seq, 0, answer, did, cid, flags=1)
+        yield (False, codec.encode_response(response)), row.response or Layout(""), answer
+
+
+def is_shown(value: object, text: str) -> bool:
+    match value:
+        case bool():
+            return text == str(value).lower()
+        case int():
+            return text == str(value)
+        case float():
+            return text == f"{value:.6g}" or float(text) == pytest.approx(value, rel=1e-5)
+        case list():
+            return all(str(word) in text for word in value if isinstance(word, str))
+        case _:
+            return text in (str(value), "-nan") or text.startswith(f"{value} (")
+
+
+@with_tshark
+@pytest.mark.unmeasured
+@pytest.mark.parametrize("generation", Generation)
+def test_payload_fields_are_those_of_the_catalogue(generation: Generation, tmp_path: Path) -> None:
+    script = BleScript(generation, "C0:00:00:00:00:01", "a robot")
+    sent = list(every_layout(generation))
+    file = written(script, [frame for frame, _, _ in sent], interfaces=(script.link,))
+    shown = shown_by_tshark(file, tmp_path)
+    assert len(shown) == len(sent)
+    compared = 0
+    for element, (_, layout, payload) in zip(shown, sent, strict=True):
+        fields = [each.get("show", "") for each in element.iter("field") if each.get("name") == FIELD]
+        decoded = layout.decode(payload)
+        flags = {each.name for each in layout.fields if each.values and VALUE_NAMES[each.values].flags}
+        wanted = [
+            (name, one)
+            for name, value in decoded.fields.items()
+            for one in (value if isinstance(value, list) and name not in flags else [value])
+            if one != ""
+        ]
+        if decoded.problem:
+            continue
+        assert [each.partition(": ")[0] for each in fields] == [name for name, _ in wanted], layout
+        for text, (name, value) in zip(fields, wanted, strict=True):
+            unit = decoded.units.get(name, "")
+            assert text.endswith(unit)
+            assert is_shown(value, text.partition(": ")[2].removesuffix(f" {unit}" if unit else "")), layout
+            compared += 1
+    assert compared > 50
 
 
 @with_tshark
