@@ -52,3 +52,18 @@ def convert(file: str, target: str) -> None:
     from sphero_probe.cli.actions.capture_convert import convert_capture
 
     convert_capture(file, target)
+
+
+@command.command("dissector", cls=StrictCommand)
+def dissector() -> None:
+    """Print a Wireshark dissector for the packets of V1 and V2 robots, written in Lua.
+
+    It names devices, commands, response codes, flags and payload fields from the catalogue, checks checksums,
+    links each response to its command, and marks damaged packets. Wireshark loads it from its folder of
+    personal Lua plugins, or with -X lua_script:sphero.lua.
+
+    Example: sphero-probe capture dissector > sphero.lua
+    """
+    from sphero_probe.cli.actions.capture_dissector import print_dissector
+
+    print_dissector()
