@@ -41,7 +41,7 @@ class Calibration:
         self._line = line
         self._target = target
         self._dids = dids
-        self._questions = Questions(line, target)
+        self._questions = Questions(line, target, may_be_mute=True)
         self._absent: Command | None = None
         self._executed: Command | None = None
 

@@ -44,10 +44,18 @@ class Questions:
         is_mute: the node answers nothing, not even an echo; it is asked nothing more.
     """
 
-    def __init__(self, line: Reconnector, target: int | None, attempts: int = MAX_ATTEMPTS) -> None:
-        """Choose the node, and how often a silent question is asked."""
+    def __init__(
+        self,
+        line: Reconnector,
+        target: int | None,
+        attempts: int = MAX_ATTEMPTS,
+        *,
+        may_be_mute: bool = False,
+    ) -> None:
+        """Choose the node, how often a silent question is asked, and whether to look for a mute node."""
         self.steps: list[Step] = []
         self.is_mute = False
+        self._may_be_mute = may_be_mute
         self._silences = 0
         self._attempts = attempts
         self._line = line
@@ -121,7 +129,7 @@ class Questions:
 
     async def _check_mute(self) -> None:
         """After many silences, wake the node and ask it echoes; a late answer is an answer, too."""
-        if self._silences < _SILENCES:
+        if self._silences < _SILENCES or not self._may_be_mute:
             return
         self._silences = 0
         link = self._line.link
