@@ -19,7 +19,8 @@ PROBE = (sys.executable, "-m", "sphero_probe")
 LONG = ("sweep", "--did", "0x10-0x1a", "--no-journal", "--device", "fake:bolt-plus?latency=30ms")
 SHORT = ("sweep", "--did", "0x13", "--cid", "0-3", "--no-journal", "--device", "fake:bolt-plus")
 PARENT = """
-import subprocess, sys
+import signal, subprocess, sys
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the tests may run under nohup
 pipe = subprocess.PIPE
 child = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL, stdout=open({out!r}, "w"), stderr=pipe)
 print(child.pid, flush=True)
