@@ -192,7 +192,7 @@ def test_a_foreign_source_is_told_and_can_be_tolerated(cli: Cli, monkeypatch: py
     answers_come_from(monkeypatch, 5)
     what = ("sweep", "--did", "0x13", "--cid", "0x10-0x14", "--device", "fake:bolt-plus")
     sweep = (*what, "--format", "jsonl")
-    refused = cli(*sweep)
+    refused = cli(*sweep, "--timeout", "200ms")
     assert refused.code == 4
     assert "answers come from node 5, but node 1 was asked" in refused.err
     assert "--tolerate source" in refused.err
