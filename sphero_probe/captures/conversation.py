@@ -1,4 +1,4 @@
-"""The connections of a capture: values come in, in order of time, and the packets of robots come out."""
+"""Find the robots among the connections of a capture, and decode their packets from the ATT values."""
 
 from collections import deque
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Whether the program that started this one is gone, so that nobody waits for the result any more."""
+"""Detect that the program which started this one has ended, and that nothing else waits for the result."""
 
 import asyncio
 import os

@@ -151,7 +151,7 @@ def test_decode_reads_a_streaming_service_by_what_was_configured_in_the_same_inp
 
 
 def test_decode_names_no_number_behind_a_bit_that_this_robot_does_not_have(cli: Cli) -> None:
-    """The mask of the maker's app for Mini, bits 15-10: on a Mini a gyroscope, on a BOLT nobody knows."""
+    """The mask of the maker's app for Mini, bits 15-10: the gyroscope on a Mini, unknown on a BOLT."""
     mask = V2.encode_command(Command(0x18, 0x00, bytes.fromhex("0096 00 0000fc00")), 1)
     taken = V2.encode_response(Response(1, 0, b"", 0x18, 0x00))
     numbers = struct.pack(">6f", 0.25, 0.5, 1.0, -2.5, 3.0, 4.5)

@@ -1,4 +1,4 @@
-"""The table of a robot's nodes: its rows come in, a page comes out that leads with the system."""
+"""Print the nodes of a robot as a page: first the system, then a table of its nodes."""
 
 from itertools import groupby
 from typing import Final, TextIO
@@ -71,7 +71,7 @@ def _heading(system: Data) -> list[str]:
 
 
 def _alike(node: Data) -> str:
-    """Addresses in a row that nobody has are one line; every other is a line of its own."""
+    """Group consecutive addresses without a node into one line; give every other address its own."""
     if node.get("state") in ("absent", "silent"):
         return f"{node.get('state')} {_port(node)} {_said_by(node)}"
     return f"at {node.get('address')}"
