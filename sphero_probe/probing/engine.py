@@ -193,7 +193,7 @@ class Engine:
         """Send the probes of one stage, then the silent ones again; yield their findings."""
         first = self.total + 1
         self.total += len(probes)
-        self._pipeline.loss.probes = self.total
+        self._pipeline.silent.loss.probes = self.total
         if not is_first:
             wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings)
             await self._line.with_reconnect(lambda: self._calibrate(wanted))
@@ -283,7 +283,7 @@ class Engine:
         if len(self._unsolicited) < _KEPT_UNSOLICITED:
             self._unsolicited.append(unsolicited)
         if isinstance(unsolicited, LateResponse | Malformed):
-            self._pipeline.hear(unsolicited)
+            self._pipeline.silent.hear(unsolicited)
         self._results.readings.hear(unsolicited, now=asyncio.get_running_loop().time())
         self._notes.append(note_of(unsolicited, described))
 

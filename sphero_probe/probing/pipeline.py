@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
-from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent
+from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
@@ -24,8 +24,6 @@ from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Note
 from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.inflight import Ended
-from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
-from sphero_probe.probing.near_misses import NearMisses
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.recovery import HealthLog, recover, still_healthy
 from sphero_probe.probing.retries import (
@@ -33,15 +31,13 @@ from sphero_probe.probing.retries import (
     LOST,
     NOT_ITSELF,
     STOPPED,
-    UNCHECKED,
-    LossEstimate,
     SettledProbe,
     SilentProbe,
     no_result,
-    silence,
 )
 from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
-from sphero_probe.protocol.packets import Command, Malformed
+from sphero_probe.probing.silent_probes import SilentProbes
+from sphero_probe.protocol.packets import Command
 from sphero_probe.session.reconnect import Reconnector
 
 if TYPE_CHECKING:
@@ -57,8 +53,7 @@ class Pipeline:
     Attributes:
         line: to the robot.
         health: checks whether the robot is healthy.
-        unanswered: number -> probes that are silent so far.
-        loss: how much the link loses.
+        silent: the probes that are silent so far.
         on_answer: called with each answer as it arrives, and with each that becomes void; returns its
             finding.
         executions: learns which wrong lengths were accepted.
@@ -75,8 +70,7 @@ class Pipeline:
     ) -> None:
         self.line = line
         self.health = HealthCheck(prober)
-        self.unanswered: dict[int, SilentProbe] = {}
-        self.loss = LossEstimate()
+        self.silent = SilentProbes(prober.link.codec, executions)
         self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
         self._on_note = on_note
         self.executions, self._prober = executions, prober
@@ -89,8 +83,6 @@ class Pipeline:
         self._dropped = DroppedProbes(line, prober)
         self._voided: Counter[int] = Counter()
         self._settled: list[SettledProbe] = []
-        self._near_misses = NearMisses(prober.link.codec)
-        self._late = LateAnswers()
 
     def limit_in_flight(self, width: int | None) -> None:
         """Keep at most this many probes in flight; None for as many as the robot takes."""
@@ -99,7 +91,7 @@ class Pipeline:
     async def feed(self, probes: Iterable[PreparedProbe]) -> list[SettledProbe]:
         """Send probes as fast as the robot answers; return all probes that are settled by then.
 
-        Silent probes stay in ``unanswered``.
+        Silent probes stay in ``silent``.
         """
         for probe in probes:
             if probe.blocked:
@@ -120,39 +112,15 @@ class Pipeline:
         self._scheduler.is_last = True
         await self._work(self._is_finished)
         self._scheduler.is_last = False
-        ended: list[SettledProbe] = []
-        for silent in self.unanswered.values():
-            if not self.health.has_questions(silent.probe.command.target):
-                silent.doubt = silent.doubt or UNCHECKED
-            damage = self._near_misses.of(silent.sent_at)
-            ended.append(silent.settle(self.loss, self._why_interrupted(), damage))
-            if not silent.late_answer:
-                self._late.watch(silent)
-        self.unanswered.clear()
-        return self._take() + ended
+        return self._take() + self.silent.settle_all(self.health, self._why_interrupted())
 
-    async def wait_for_late(self, seconds: float = SLOWEST) -> list[SettledProbe]:
-        """Wait for late answers to all silent probes; return those that were answered.
-
-        Args:
-            seconds: to wait, from the first attempt of each probe on.
-        """
-        answered = await self._late.wait(lambda: self._over, seconds)
-        await self.executions.report()
-        return [silent.settle(self.loss, "") for silent in answered]
+    async def wait_for_late(self) -> list[SettledProbe]:
+        """Wait for late answers to all silent probes; return those that were answered."""
+        return await self.silent.wait_for_late(lambda: self._over)
 
     async def close(self) -> None:
         """Cancel what is in flight."""
         await self._scheduler.in_flight_probes.close()
-
-    def hear(self, unsolicited: Malformed | LateResponse) -> None:
-        """Process a late answer, which still settles its own probe, or bytes that fit no command."""
-        self._near_misses.hear(unsolicited, now=asyncio.get_running_loop().time())
-        if isinstance(unsolicited, LateResponse):
-            unanswered = (silent for silent in self.unanswered.values() if silent.hear(unsolicited))
-            silent = next(unanswered, None) or self._late.hear(unsolicited)
-            if silent and silent.late_answer:
-                self.executions.learn(silent.probe, silent.late_answer)
 
     @property
     def _over(self) -> bool:
@@ -194,14 +162,14 @@ class Pipeline:
                 await self._void()
         self._hear(await in_flight_probes.wait_all())
         for probe in self._dropped.take():
-            self.unanswered[probe.number] = SilentProbe(probe, silence(probe), 1, doubt=LOST)
+            self.silent.add_lost(probe)
         self._settled += self._confirmations.clear().answered
         self._scheduler.clear()
 
     def _is_finished(self) -> bool:
         if self._confirmations or not self._scheduler.is_idle:
             return False
-        for silent in self.unanswered.values():  # more may be known about losses by now
+        for silent in self.silent:  # more may be known about losses by now
             self._retry(silent)
         return self._scheduler.is_idle
 
@@ -218,12 +186,12 @@ class Pipeline:
                     self._hear_check(item, answer)
 
     def _hear_probe(self, probe: PreparedProbe, result: ProbeResult, stamp: int) -> None:
-        earlier = self.unanswered.get(probe.number)
+        earlier = self.silent.get(probe.number)
         attempts = result.attempts + (earlier.attempts if earlier else 0)
         self._scheduler.was_silent = isinstance(result.exchange, Silent)
         if not isinstance(result.exchange, Silent):
-            self.unanswered.pop(probe.number, None)
-            self.loss.learn(earlier.attempts + 1 if earlier else 1)
+            self.silent.discard(probe.number)
+            self.silent.loss.learn(earlier.attempts + 1 if earlier else 1)
             if isinstance(result.exchange, Answered):
                 self.executions.learn(probe, result.exchange)
                 self._prober.learn(probe.command, result.exchange)
@@ -231,9 +199,7 @@ class Pipeline:
             settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
             return
-        silent = self.unanswered.setdefault(probe.number, SilentProbe(probe, result.exchange, 0))
-        silent.exchange, silent.attempts = result.exchange, attempts
-        silent.sent_at.append((result.exchange, asyncio.get_running_loop().time() - result.exchange.waited))
+        self.silent.add(probe, result.exchange, attempts)
         self._confirm(self._confirmations.silence(probe, stamp))
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
@@ -242,7 +208,7 @@ class Pipeline:
             return
         is_healthy = self.health.is_healthy(question.command, exchange)
         if is_healthy:
-            self.loss.learn(question.attempt)
+            self.silent.loss.learn(question.attempt)
             self._log.passed(target)
             self._confirm(self._confirmations.passed(question.check, target))
         elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
@@ -253,17 +219,14 @@ class Pipeline:
     def _confirm(self, confirmed: Confirmed) -> None:
         self._settled += confirmed.answered
         for probe in confirmed.silent:
-            if silent := self.unanswered.get(probe.number):
+            if silent := self.silent.get(probe.number):
                 silent.confirmed += 1
                 self._retry(silent)
 
     def _retry(self, silent: SilentProbe) -> None:
-        """Queue a silent probe to be sent again, unless its silence is certain or its class forbids it."""
-        if not (
-            silent.late_answer or silent.doubt or silent.probe.risk > Risk.WRITE or silent.is_final(self.loss)
-        ):
-            is_last_try = silent.confirmed + 1 >= self.loss.attempts_wanted
-            self._scheduler.again.append(silent.probe._replace(is_last_try=is_last_try))
+        """Queue a silent probe to be sent again, unless that would prove nothing or is forbidden."""
+        if again := self.silent.next_try(silent):
+            self._scheduler.again.append(again)
 
     async def _void(self) -> None:
         """Send all probes again that no health check confirmed, once their node has recovered.
@@ -288,7 +251,7 @@ class Pipeline:
             else:
                 self._settled.append(SettledProbe(probe, no_result(probe, MAX_VOIDED), NOT_ITSELF))
         for probe in void.silent:
-            if silent := self.unanswered.get(probe.number):
+            if silent := self.silent.get(probe.number):
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
         void_nodes = wrong.keys() | others - sound
@@ -306,9 +269,9 @@ class Pipeline:
         for queue in (self._scheduler.todo, self._scheduler.again):
             for probe in [probe for probe in queue if probe.command.target in nodes]:
                 queue.remove(probe)
-                if probe.number not in self.unanswered:
+                if probe.number not in self.silent:
                     self._settled.append(SettledProbe(probe, no_result(probe, 0), DEAD))
-        for silent in self.unanswered.values():
+        for silent in self.silent:
             if silent.probe.command.target in nodes:
                 silent.doubt = silent.doubt or DEAD
 
@@ -318,9 +281,9 @@ class Pipeline:
         self._scheduler.questions.clear()
         async for probe, result in self._dropped.ask_again(error):
             if result is None:
-                self.unanswered[probe.number] = SilentProbe(probe, silence(probe), 1, doubt=LOST)
+                self.silent.add_lost(probe)
             elif isinstance(result, SettledProbe):
-                self.unanswered.pop(probe.number, None)
+                self.silent.discard(probe.number)
                 self._settled.append(result)
             else:
                 self._hear_probe(probe, result, self._confirmations.checks)

@@ -1,0 +1,98 @@
+"""The probes of a run that are silent so far, and what may still answer or explain their silence."""
+
+import asyncio
+from collections.abc import Callable, Iterator
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.exchange import LateResponse, Silent
+from sphero_probe.probing.attempt import PreparedProbe
+from sphero_probe.probing.executions import Executions
+from sphero_probe.probing.health import HealthCheck
+from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
+from sphero_probe.probing.near_misses import NearMisses
+from sphero_probe.probing.retries import LOST, UNCHECKED, LossEstimate, SettledProbe, SilentProbe, silence
+from sphero_probe.protocol.codec import Codec
+from sphero_probe.protocol.packets import Malformed
+
+
+class SilentProbes:
+    """Collects silent probes until each is answered, sent again or settled as silent.
+
+    Attributes:
+        loss: how much the link loses.
+    """
+
+    def __init__(self, codec: Codec, executions: Executions) -> None:
+        self.loss = LossEstimate()
+        self._by_number: dict[int, SilentProbe] = {}
+        self._executions = executions
+        self._near_misses = NearMisses(codec)
+        self._late = LateAnswers()
+
+    def __iter__(self) -> Iterator[SilentProbe]:
+        """Iterate over those that are silent so far."""
+        return iter(self._by_number.values())
+
+    def __contains__(self, number: int) -> bool:
+        """Whether the probe of this number is silent so far."""
+        return number in self._by_number
+
+    def get(self, number: int) -> SilentProbe | None:
+        """Return the silent probe of this number, None if it is not silent."""
+        return self._by_number.get(number)
+
+    def add(self, probe: PreparedProbe, exchange: Silent, attempts: int) -> None:
+        """Record a silent attempt; ``attempts`` counts all attempts so far."""
+        silent = self._by_number.setdefault(probe.number, SilentProbe(probe, exchange, 0))
+        silent.exchange, silent.attempts = exchange, attempts
+        silent.sent_at.append((exchange, asyncio.get_running_loop().time() - exchange.waited))
+
+    def add_lost(self, probe: PreparedProbe) -> None:
+        """Add a probe whose answer a dropped link may have taken along."""
+        self._by_number[probe.number] = SilentProbe(probe, silence(probe), 1, doubt=LOST)
+
+    def discard(self, number: int) -> None:
+        """Forget a probe that was answered or settled."""
+        self._by_number.pop(number, None)
+
+    def next_try(self, silent: SilentProbe) -> PreparedProbe | None:
+        """Return the probe to send again; None if its silence is certain or its class forbids it."""
+        if silent.late_answer or silent.doubt or silent.probe.risk > Risk.WRITE or silent.is_final(self.loss):
+            return None
+        return silent.probe._replace(is_last_try=silent.confirmed + 1 >= self.loss.attempts_wanted)
+
+    def hear(self, unsolicited: Malformed | LateResponse) -> None:
+        """Process a late answer, which still settles its own probe, or bytes that fit no command."""
+        self._near_misses.hear(unsolicited, now=asyncio.get_running_loop().time())
+        if isinstance(unsolicited, LateResponse):
+            answered = (silent for silent in self if silent.hear(unsolicited))
+            silent = next(answered, None) or self._late.hear(unsolicited)
+            if silent and silent.late_answer:
+                self._executions.learn(silent.probe, silent.late_answer)
+
+    def settle_all(self, health: HealthCheck, interrupted: str) -> list[SettledProbe]:
+        """Return how all of them ended; a late answer may still change that, see ``wait_for_late``.
+
+        Args:
+            health: of the nodes; a silence that no health check confirms is in doubt.
+            interrupted: why the run ended early, empty if it did not.
+        """
+        ended: list[SettledProbe] = []
+        for silent in self:
+            if not health.has_questions(silent.probe.command.target):
+                silent.doubt = silent.doubt or UNCHECKED
+            ended.append(silent.settle(self.loss, interrupted, self._near_misses.of(silent.sent_at)))
+            if not silent.late_answer:
+                self._late.watch(silent)
+        self._by_number.clear()
+        return ended
+
+    async def wait_for_late(self, is_over: Callable[[], bool]) -> list[SettledProbe]:
+        """Wait for late answers to all settled silent probes; return those that were answered.
+
+        Args:
+            is_over: whether the run was ended.
+        """
+        answered = await self._late.wait(is_over, SLOWEST)
+        await self._executions.report()
+        return [silent.settle(self.loss, "") for silent in answered]
