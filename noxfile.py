@@ -11,7 +11,7 @@ import nox
 
 nox.needs_version = ">=2024.10.9"
 nox.options.default_venv_backend = "none"
-nox.options.sessions = ["lint", "types", "architecture", "tests", "bench", "docs"]
+nox.options.sessions = ["lint", "types", "architecture", "tests", "proofs", "bench", "docs"]
 
 
 def python(session: nox.Session, *words: str) -> None:
@@ -43,6 +43,12 @@ def architecture(session: nox.Session) -> None:
 def tests(session: nox.Session) -> None:
     """Run the test suite, and check its coverage."""
     python(session, "-m", "pytest")
+
+
+@nox.session
+def proofs(session: nox.Session) -> None:
+    """Run the long proofs that the suite leaves out: the oracle, the strangers, the judgement of tshark."""
+    python(session, "-m", "pytest", "--no-cov", "-m", "slow")
 
 
 @nox.session

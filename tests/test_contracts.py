@@ -63,5 +63,5 @@ def test_above_the_catalogue_nobody_asks_which_generation() -> None:
 
 def test_modules_stay_small() -> None:
     for file in PACKAGE.rglob("*.py"):
-        if not file.name.startswith("rows_"):
-            assert len(file.read_text(encoding="utf-8").splitlines()) <= 330, file
+        if file != PACKAGE / "reports" / "views.py":  # a table of columns
+            assert len(file.read_text(encoding="utf-8").splitlines()) <= 300, file

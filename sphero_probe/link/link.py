@@ -11,10 +11,11 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.events import BytesReceived, Events, ExchangeEnded, FrameSent, UnsolicitedReceived
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent, Unsolicited
-from sphero_probe.link.pacing import FIRST_TIMEOUT, WIDEST, Pace
+from sphero_probe.link.pacing import FIRST_TIMEOUT, Pace
 from sphero_probe.link.policy import Policy
 from sphero_probe.link.requests import InFlightCommand, QueuedCommand
 from sphero_probe.link.tracker import Tracker
+from sphero_probe.link.window import Window
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.transports.base import Transport
@@ -35,7 +36,7 @@ class Link:
         frames_sent: how many command frames were sent.
         answers: how many responses arrived, late ones included.
         matched: how many of them belong to a command that was sent.
-        limit: the most commands in flight to a node, whatever its pace allows.
+        window: how many commands may be in flight.
         events: tells listeners every frame, exchange and unsolicited packet.
     """
 
@@ -65,15 +66,11 @@ class Link:
         self.codec = codec
         self.frames_sent = self.answers = self.matched = 0
         self.events = events or Events()
-        self.limit = window or WIDEST
+        self.window = Window(timeout, window)
         self._transport = transport
         self._tracker = Tracker(codec, tolerate)
         self._timeout = timeout
-        self._window = window
-        self._paces: dict[int | None, Pace] = {}
         self._queue: deque[tuple[QueuedCommand, asyncio.Future[InFlightCommand]]] = deque()
-        self._places_taken = 0
-        self._exclusive = False
         self._in_flight: dict[int, InFlightCommand] = {}
         self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
@@ -112,17 +109,11 @@ class Link:
 
     def pace(self, target: int | None) -> Pace:
         """Return the pace of the node at an address."""
-        pace = self._paces.get(target)
-        if pace is None:
-            pace = self._paces[target] = Pace(self._timeout, self._window)
-        return pace
+        return self.window.pace(target)
 
     def room(self, target: int | None) -> int:
         """Return how many more commands could be sent to a node right now."""
-        if self._queue or self._exclusive:
-            return 0
-        pace = self.pace(target)
-        return max(0, min(self.limit, pace.window) - pace.in_flight)
+        return 0 if self._queue else self.window.room(target)
 
     async def ask(
         self,
@@ -203,7 +194,7 @@ class Link:
             if place.done():
                 self._queue.popleft()
                 continue
-            if not self._may_send(queued) or self._tracker.free_at(queued.command, now) > now:
+            if not self.window.has_place(queued) or self._tracker.free_at(queued.command, now) > now:
                 break
             self._queue.popleft()
             pace = self.pace(queued.command.target)
@@ -213,18 +204,11 @@ class Link:
             except ValueError as error:
                 place.set_exception(error)
                 continue
-            self._places_taken += 1
-            self._exclusive = queued.alone
+            self.window.take(queued)
             pace.sent(seq, now=now)
             self._in_flight[seq] = InFlightCommand(seq, frame, queued, loop.create_future())
             place.set_result(self._in_flight[seq])
         self._watch(now)
-
-    def _may_send(self, queued: QueuedCommand) -> bool:
-        if queued.alone:
-            return self._places_taken == 0
-        pace = self.pace(queued.command.target)
-        return not self._exclusive and pace.in_flight < min(self.limit, pace.window)
 
     def _release(self, in_flight: InFlightCommand) -> None:
         """Free a command's place; an answer that arrives later belongs to no waiting command."""
@@ -233,9 +217,7 @@ class Link:
             self.pace(in_flight.queued.command.target).forget(in_flight.seq)
         if not in_flight.answer.cancel() and not in_flight.answer.cancelled():
             in_flight.answer.exception()  # retrieve it: the command may have failed while the write was stuck
-        self._places_taken -= 1
-        if in_flight.queued.alone:
-            self._exclusive = False
+        self.window.free(in_flight.queued)
         self._admit()
 
     async def _read(self) -> None:

@@ -279,7 +279,7 @@ def apart(seen: list[Seen]) -> tuple[list[Seen], list[Seen]]:
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 @pytest.mark.parametrize("generation", Generation)
 @pytest.mark.parametrize("serial", [False, True], ids=["ble", "serial"])
 def test_tshark_shows_what_our_decoder_reads(generation: Generation, tmp_path: Path, *, serial: bool) -> None:
@@ -335,7 +335,7 @@ def is_shown(value: object, text: str) -> bool:
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 @pytest.mark.parametrize("generation", Generation)
 def test_payload_fields_are_those_of_the_catalogue(generation: Generation, tmp_path: Path) -> None:
     script = BleScript(generation, "C0:00:00:00:00:01", "a robot")
@@ -366,7 +366,7 @@ def test_payload_fields_are_those_of_the_catalogue(generation: Generation, tmp_p
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 def test_a_frame_in_several_values_is_shown_where_it_ends(tmp_path: Path) -> None:
     script = BleScript(Generation.V2, "C0:00:00:00:00:01", "a robot")
     answer = V2.encode_response(Response(7, 0, b"\x8d\x01\xd8", 0x13, 0x10, 0x11, flags=1))
@@ -395,7 +395,7 @@ def torn(frames: Iterator[Frame], rng: random.Random) -> Iterator[Frame]:
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 @pytest.mark.parametrize("generation", Generation)
 def test_damage_and_splits_lose_no_packet_and_invent_none(generation: Generation, tmp_path: Path) -> None:
     script = BleScript(generation, "C0:00:00:00:00:01", "a robot")
@@ -410,7 +410,7 @@ def test_damage_and_splits_lose_no_packet_and_invent_none(generation: Generation
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 def test_robots_stay_apart_and_other_devices_show_nothing(tmp_path: Path) -> None:
     file = pcapng(as_raw(hci(woven(found_v2(), found_v1(), found_v1(), foreign())), 201))
     capture = open_capture(Source(io.BytesIO(file)), "a file")
@@ -437,7 +437,7 @@ def test_robots_stay_apart_and_other_devices_show_nothing(tmp_path: Path) -> Non
 
 
 @with_tshark
-@pytest.mark.unmeasured
+@pytest.mark.slow
 def test_another_serial_line_shows_nothing(tmp_path: Path) -> None:
     frames = [(number % 2 == 0, bytes((0xFF, 0xFF, number, 0x8D, number))) for number in range(30)]
     script = SerialScript()

@@ -70,7 +70,7 @@ JUDGED = {
 JUDGED |= ON_AIR
 
 
-@pytest.mark.unmeasured
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", JUDGED)
 def test_tshark_reads_the_same_att_packets(kind: str, tmp_path: Path) -> None:
     path = tmp_path / "capture"

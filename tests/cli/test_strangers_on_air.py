@@ -13,7 +13,7 @@ from tests.support.strangers.judge import judge
 BY_NAME = {stranger.name: stranger for stranger in STRANGERS}
 
 
-@pytest.mark.unmeasured
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "dids", "codes"),
     [

@@ -147,15 +147,15 @@ def test_a_limit_may_be_set_on_the_way() -> None:
         async with linked(after(0.25), window=4) as (link, line):
             asking = asyncio.gather(*[link.ask(BATTERY) for _ in range(12)])
             await asyncio.sleep(0.125)
-            link.limit = 1
+            link.window.limit = 1
             await asyncio.sleep(0.25)
             line.most_unanswered = 0
             await asking
             assert line.most_unanswered == 1
-            link.limit = 3
+            link.window.limit = 3
             await ask_all(link, [BATTERY] * 9)
             assert line.most_unanswered == 3
-            link.limit = 100
+            link.window.limit = 100
             await ask_all(link, [BATTERY] * 9)
             assert line.most_unanswered == 4
 
@@ -165,7 +165,7 @@ def test_a_limit_may_be_set_on_the_way() -> None:
 def test_a_limit_holds_for_a_window_that_grows() -> None:
     async def scenario() -> None:
         async with linked(after(0.25)) as (link, line):
-            link.limit = 3
+            link.window.limit = 3
             await ask_all(link, [BATTERY] * 40)
             assert line.most_unanswered == 3
 
@@ -683,9 +683,9 @@ def test_room() -> None:
             assert rooms == [4, 3, 2, 1, 0, 0, 0]
             await asyncio.sleep(0.375)
             assert link.room(None) == 2
-            link.limit = 3
+            link.window.limit = 3
             assert link.room(None) == 1
-            link.limit = 1
+            link.window.limit = 1
             assert link.room(None) == 0
             await asyncio.gather(*asking)
             assert link.room(None) == 1

@@ -92,12 +92,12 @@ def ask(
     return robot, records, executed
 
 
-UNMEASURED = pytest.mark.unmeasured
-"""The first few go through all the code there is; measuring the others costs time and shows nothing."""
+SLOW = pytest.mark.slow
+"""The first few go through all the code there is; measuring the others costs time."""
 
 
 @pytest.mark.parametrize(
-    "group", [*range(4), *(pytest.param(group, marks=UNMEASURED) for group in range(4, GROUPS))]
+    "group", [*range(4), *(pytest.param(group, marks=SLOW) for group in range(4, GROUPS))]
 )
 def test_every_finding_is_true_or_says_inconclusive(group: int) -> None:
     for index in range(group, ROBOTS, GROUPS):
@@ -137,7 +137,7 @@ DISCOVERIES = 36
     "index",
     [
         *range(1000, 1004),
-        *(pytest.param(index, marks=UNMEASURED) for index in range(1004, 1000 + DISCOVERIES)),
+        *(pytest.param(index, marks=SLOW) for index in range(1004, 1000 + DISCOVERIES)),
     ],
 )
 def test_a_full_discovery_is_true_too(index: int) -> None:

@@ -34,14 +34,14 @@ from tests.support.strangers.runs import KINDS, Ran, run, triple_of
 from tests.support.strangers.shown import check_shown_and_kept
 from tests.support.strangers.transport import TooManyWritesError
 
-UNMEASURED = pytest.mark.unmeasured
+SLOW = pytest.mark.slow
 """The controls go through all the code there is for robots without a habit; the others take long."""
 BY_NAME = {stranger.name: stranger for stranger in STRANGERS}
 
 
 def _case(stranger: Stranger) -> object:
     is_control = stranger.name.startswith("plain")
-    return pytest.param(stranger, id=stranger.name, marks=[] if is_control else [UNMEASURED])
+    return pytest.param(stranger, id=stranger.name, marks=[] if is_control else [SLOW])
 
 
 @pytest.mark.parametrize("stranger", [_case(stranger) for stranger in STRANGERS])
@@ -58,7 +58,7 @@ def test_the_family_is_large_and_each_has_a_name_and_a_habit() -> None:
 _JUNK = st.tuples(st.binary(max_size=24), st.integers(0, 12), st.integers(0, 12))
 
 
-@UNMEASURED
+@SLOW
 @settings(max_examples=25)
 @given(
     junk=st.lists(_JUNK, min_size=1), begins=st.sampled_from([0, 2, 10, 40]), every=st.sampled_from([1, 3, 7])
@@ -90,7 +90,7 @@ _LIE = st.tuples(
 )
 
 
-@UNMEASURED
+@SLOW
 @settings(max_examples=25)
 @given(lies=st.lists(_LIE, min_size=1), begins=st.sampled_from([0, 2, 10, 40]), every=st.sampled_from([1, 3]))
 def test_no_sound_answer_with_any_content_breaks_a_run(
