@@ -25,6 +25,8 @@ from sphero_probe.protocol.packets import Generation, Notification, Response
 from sphero_probe.protocol.v2 import V2
 from tests.support import reference_decoder, reference_decoder_v1
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parent.parent
 
 

@@ -5,6 +5,7 @@ import tracemalloc
 from collections.abc import Iterator
 from functools import cache
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -78,6 +79,7 @@ class _Endless:
         return given
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_file() -> None:
     peaks = []
     for size in (200_000, 1_000_000):

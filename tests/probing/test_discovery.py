@@ -23,7 +23,10 @@ def discover(cli: Any, device: str, *options: str) -> tuple[list[dict[str, Any]]
     return rows, list(findings.values())
 
 
-@pytest.mark.parametrize("model", ROBOTS)
+@pytest.mark.parametrize(
+    "model",
+    [pytest.param(model, marks=[] if model in ("bolt", "bb8") else [pytest.mark.slow]) for model in ROBOTS],
+)
 def test_all_that_exists_is_found_or_blocked_with_a_reason(cli: Cli, tmp_path: Path, model: str) -> None:
     truth, ledger = tmp_path / "truth", tmp_path / "ledger"
     low, high = (0x00, 0x02) if ROBOTS[model].generation is Generation.V1 else (0x10, 0x13)

@@ -267,6 +267,7 @@ def test_a_report_of_what_ran_is_enough_where_nothing_could_warn() -> None:
     assert not {name for name, found in judge([ran]).items() if found}
 
 
+@SLOW
 def test_every_command_of_a_control_is_named() -> None:
     for name in ("plain bolt", "plain rvr", "plain r2"):
         ran = run(BY_NAME[name], "discovery")
