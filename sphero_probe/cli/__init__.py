@@ -22,7 +22,7 @@ COMPLETE_VARIABLE: "Final" = "_SPHERO_PROBE_COMPLETE"
 
 def main() -> "NoReturn":
     """Run ``sphero-probe`` on the process's arguments and exit."""
-    if sys.argv[1:] == ["--version"]:
+    if sys.argv[1:] in (["--version"], ["-V"]) and sys.stdout:
         sys.stdout.write(f"sphero-probe {__version__}\n")  # before click is imported: scripts ask this often
         sys.exit(0)
     if COMPLETE_VARIABLE in os.environ:

@@ -7,6 +7,7 @@ from time import monotonic
 from sphero_probe.cli.capture_out import capturing
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.values import ConnectOptions
+from sphero_probe.errors import RefusedByPolicyError
 from sphero_probe.link.events import Events
 from sphero_probe.link.policy import Consent
 from sphero_probe.session.session import Session, open_session
@@ -23,6 +24,10 @@ async def connect(
         options: which robot, and how to connect.
         consent: what may be sent.
         timeout: seconds until a command counts as silent, None to measure it.
+
+    Raises:
+        RefusedByPolicyError: the consent names another robot than this one.
+        SpheroProbeError: the robot cannot be reached.
     """
     began = monotonic()
 
@@ -36,4 +41,10 @@ async def connect(
         async with open_session(
             options.device, consent, opening, timeout=timeout, events=events, tolerate=options.tolerate
         ) as session:
+            if session.link.policy.confirmation_fails:
+                name = session.connection.name
+                raise RefusedByPolicyError(
+                    f"--confirm {consent.confirmed} names another robot than this one, {name}",
+                    f"to allow the class brick on this robot, write --confirm {name}",
+                )
             yield session

@@ -51,6 +51,14 @@ class LazyGroup(click.Group):
         command.short_help = COMMANDS[cmd_name]
         return command
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; ``help X`` and ``-v X`` stand for ``X --help`` and ``X -v``."""
+        if args[:1] == ["help"]:
+            args = [*args[1:], "--help"]
+        elif args[:1] in (["-v"], ["--verbose"]) and len(args) > 1:
+            args = [args[1], args[0], *args[2:]]
+        return super().parse_args(ctx, args)
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -79,7 +87,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, message="sphero-probe %(version)s")
+@click.version_option(__version__, "-V", "--version", message="sphero-probe %(version)s")
 def group() -> None:
     """Map what a Sphero robot can do, from the terminal.
 

@@ -1,5 +1,6 @@
 """Runs a command line; turns every error into a line or two on standard error and an exit code."""
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from typing import Final, NoReturn
 import click
 
 from sphero_probe.cli import NAME
+from sphero_probe.cli.closed_streams import replace_closed_streams
 from sphero_probe.cli.group import group
 from sphero_probe.errors import InterruptedRunError, OutputError, SpheroProbeError, UsageError
 
@@ -21,6 +23,7 @@ INTERRUPTED: Final = 130
 
 def run_and_exit(arguments: Sequence[str]) -> NoReturn:
     """Run the command line and leave the process with its exit code."""
+    replace_closed_streams()
     code = run(arguments)
     try:
         sys.stdout.flush()
@@ -89,7 +92,8 @@ def _cannot_write(error: OSError) -> int:
     """Say that the output failed; a closed pipe (``| head``) ends quietly."""
     if not isinstance(error, BrokenPipeError):
         where = f"{error.filename}: " if error.filename else ""
-        _tell(f"cannot write the output: {where}{error.strerror or error}", "is the disk full?")
+        hint = "standard output is closed" if error.errno == errno.EBADF else "is the disk full?"
+        _tell(f"cannot write the output: {where}{error.strerror or error}", hint)
     return OutputError.exit_code
 
 

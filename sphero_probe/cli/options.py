@@ -120,7 +120,7 @@ def asking_options(function: Function) -> Function:
     return _gather(
         function,
         "asking",
-        AskOptions,
+        AskOptions.checked,
         click.option(
             "--target",
             "asking_target",
@@ -166,7 +166,7 @@ def flag_options(function: Function) -> Function:
 
 def consent_options(function: Function) -> Function:
     """Give a command ``--allow`` and ``--confirm`` only; it gets ``asking``."""
-    return _gather(function, "asking", AskOptions, *_consent())
+    return _gather(function, "asking", AskOptions.checked, *_consent())
 
 
 def _consent() -> tuple[Function, Function]:

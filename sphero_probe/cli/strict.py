@@ -1,5 +1,7 @@
 """A command class that reports contradicting options, where click would use the last one."""
 
+from typing import Any
+
 import click
 
 
@@ -9,6 +11,17 @@ class StrictCommand(click.Command):
     Options for the same parameter (``--json`` and ``--format``, ``--v1`` and ``--v2``) exclude each other.
     """
 
+    def __init__(self, *args: Any, words_belong_to: str = "", **settings: Any) -> None:
+        """Take what ``click.Command`` takes.
+
+        Args:
+            *args: likewise.
+            words_belong_to: the option that a word without an option was probably meant for.
+            **settings: likewise.
+        """
+        super().__init__(*args, **settings)
+        self._words_belong_to = words_belong_to
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line.
 
@@ -16,8 +29,11 @@ class StrictCommand(click.Command):
             UsageError: an option is given twice, or two that exclude each other.
         """
         if not ctx.resilient_parsing:  # that is set while a shell completes an unfinished line
-            _, _, given = self.make_parser(ctx).parse_args(list(args))  # in order, repetitions included
-            _check(ctx, [option for option in given if isinstance(option, click.Option)])
+            _, words, given = self.make_parser(ctx).parse_args(list(args))  # in order, repetitions included
+            options = [option for option in given if isinstance(option, click.Option)]
+            _check(ctx, options)
+            if words and self._words_belong_to and not any(option.is_eager for option in options):
+                raise click.UsageError(f"'{words[0]}': write {self._words_belong_to} {words[0]}", ctx)
         return super().parse_args(ctx, args)
 
 

@@ -5,9 +5,9 @@
 
 import os
 import sys
-from typing import Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self
 
-from sphero_probe.errors import UsageError
+from sphero_probe.errors import RefusedByPolicyError, UsageError
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
@@ -56,6 +56,26 @@ class AskOptions(NamedTuple):
     allow: tuple[str, ...] = ()
     confirm: str = ""
     dry_run: bool = False
+
+    @classmethod
+    def checked(cls, **options: Any) -> Self:
+        """Return the options, as the attributes are called.
+
+        Raises:
+            RefusedByPolicyError: the class ``brick`` is allowed without naming the robot.
+            UsageError: a robot is named for nothing.
+        """
+        asking = cls(**options)
+        if "brick" in asking.allow and not asking.confirm and not asking.dry_run:
+            raise RefusedByPolicyError(
+                "--allow brick can destroy a robot: confirm it with the robot's name",
+                "add --confirm NAME-OF-ROBOT, such as --confirm BP-1234",
+            )
+        if asking.confirm and "brick" not in asking.allow:
+            raise UsageError(
+                "--confirm belongs to --allow brick", "add --allow brick, or leave --confirm out"
+            )
+        return asking
 
 
 class FlagOptions(NamedTuple):

@@ -85,9 +85,13 @@ def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[
         if risk is Risk.BRICK:
             flag += " --confirm NAME-OF-ROBOT"
         return f"{risk.word}: {reason} ({flag})"
-    if risk is Risk.BRICK and (not consent.confirmed or consent.confirmed not in set(robot_names)):
+    if risk is Risk.BRICK and not _confirms(consent, robot_names):
         return f"brick: {reason} (--confirm needs this robot's name)"
     return None
+
+
+def _confirms(consent: Consent, robot_names: Iterable[str]) -> bool:
+    return bool(consent.confirmed) and consent.confirmed in set(robot_names)
 
 
 class Policy:
@@ -163,6 +167,11 @@ class Policy:
             self._assessed[command] = assessed
         return assessed
 
+    @property
+    def confirmation_fails(self) -> bool:
+        """Whether the class ``brick`` is allowed, but not confirmed with this robot's name."""
+        return Risk.BRICK in self.consent.allowed and not _confirms(self.consent, self._names)
+
     def why_blocked(self, command: Command) -> str | None:
         """Return why this command is blocked and which flag allows it, None when it may be sent."""
         return self.assess(command).blocked or None
@@ -213,6 +222,8 @@ class Policy:
         did, payload = command.did, command.payload
         if not is_wrong_length(command, None):
             reason = "unknown command with a payload that it may accept"
+            if not payload:
+                reason = "unknown command without payload, which may run it"
             if not payload and did in NO_EMPTY_PROBE_DEVICES[self.generation]:
                 reason = f"unknown command without payload, like the erasing commands of 0x{did:02x}"
             return Assessment(self._worst_of(did), reason)

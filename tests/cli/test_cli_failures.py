@@ -81,6 +81,28 @@ USAGE = 2
             id="wrong-confirm",
         ),
         pytest.param(
+            ("sweep", "--did", "0x13", "--allow", "brick", "--confirm", "BP-0000", *FAKE),
+            6,
+            "--confirm BP-0000 names another robot",
+            id="wrong-confirm-of-a-sweep",
+        ),
+        pytest.param(
+            ("sweep", "--did", "0x13", "--allow", "brick", "--device", "ble:nowhere"),
+            6,
+            "confirm it with the robot's name",
+            id="no-confirm-is-said-before-connecting",
+        ),
+        pytest.param(
+            ("led", "--front", "f00", "--confirm", "BP-0000", *FAKE),
+            USAGE,
+            "--confirm belongs to --allow brick",
+            id="confirm-for-nothing",
+        ),
+        pytest.param(("sweep", "0x13", *FAKE), USAGE, "write --did 0x13", id="did-without-option"),
+        pytest.param(
+            ("send", "0x13", "0x99", *FAKE), 6, "without payload, which may run it", id="unknown-empty"
+        ),
+        pytest.param(
             ("send", "0x10", "0x09", "05", "--device", "fake:rvr"),
             7,
             "0x05 bad data length",

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -197,17 +198,16 @@ def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording |
         yield (hex_bytes(" ".join(inputs), "packet"), b"")
         return
     for text in inputs:
-        if text == "-":
-            yield _read(sys.stdin.buffer, "standard input")
-        elif (typed := _typed(text)) is not None:
+        if text != "-" and (typed := _typed(text)) is not None:
             yield (typed, b"")
-        else:
-            try:
-                with recording(text) as file:
-                    yield _read(file, text)
-            except (OSError, ValueError, UnreadableCaptureError) as error:
-                why = error.strerror if isinstance(error, OSError) else str(error)
-                raise BadInputFileError(f"{text}: {why}", "give hex bytes or a file") from error
+            continue
+        name = "standard input" if text == "-" else text
+        try:
+            with nullcontext(sys.stdin.buffer) if text == "-" else recording(text) as file:
+                yield _read(file, name)
+        except (OSError, ValueError, UnreadableCaptureError) as error:
+            why = error.strerror if isinstance(error, OSError) else str(error)
+            raise BadInputFileError(f"{name}: {why}", "give hex bytes or a file") from error
 
 
 def _typed(text: str) -> bytes | None:

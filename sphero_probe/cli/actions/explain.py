@@ -1,15 +1,18 @@
 """``explain``: print what is known about an error code or a command."""
 
-from sphero_probe.catalogue import ROBOTS, robot_by_word, rows_of
+from sphero_probe.catalogue import ROBOTS, all_rows, async_rows, robot_by_word, rows_of
 from sphero_probe.catalogue.addresses import address_meanings
+from sphero_probe.catalogue.commands import DEVICE_NAMES, device_by_name, row_by_name
 from sphero_probe.catalogue.naming import byte, choose, pair
+from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
 from sphero_probe.cli.values import Output
 from sphero_probe.errors import UsageError
-from sphero_probe.protocol.packets import Generation
+from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.packets import Generation, Verdict
 from sphero_probe.reports.packet_views import ADDRESSES
 from sphero_probe.reports.rows import address_row, code_row, command_row
-from sphero_probe.reports.views import CODES, COMMAND
+from sphero_probe.reports.views import CODES, COMMAND, COMMANDS
 
 
 def explain_address(output: Output, address: str, model: str | None) -> None:
@@ -28,7 +31,9 @@ def explain_address(output: Output, address: str, model: str | None) -> None:
 
 
 def explain(output: Output, subject: str, *, v1: bool) -> None:
-    """Show what is known about a code, a pair of ids or a name.
+    """Show what is known about a code, a device, a pair of ids or a name.
+
+    A number that no document lists as a code, and that is a device, is read as a device.
 
     Args:
         output: where and how.
@@ -40,7 +45,19 @@ def explain(output: Output, subject: str, *, v1: bool) -> None:
     """
     generation = Generation.V1 if v1 else Generation.V2
     if subject[:1].isdigit() and ":" not in subject:
-        show(output, CODES, [code_row(generation, byte(subject, "error code"))])
+        number = byte(subject, "error code or device")
+        device = DEVICE_NAMES[generation].get(number)
+        if device and CODECS[generation].verdict(number) is Verdict.UNLISTED:
+            say(f"0x{number:02x} is read as the device {device}; no document lists it as an error code")
+            _explain_device(output, generation, number)
+            return
+        show(output, CODES, [code_row(generation, number)])
+        if device:
+            say(f"as a device, 0x{number:02x} is {device}: sphero-probe explain {device}{' --v1' * v1}")
+        return
+    named = device_by_name(generation, subject)
+    if named is not None and row_by_name(generation, subject) is None:
+        _explain_device(output, generation, named)
         return
     did, cid = pair(subject, generation)
     rows = rows_of(generation, did, cid)
@@ -50,3 +67,8 @@ def explain(output: Output, subject: str, *, v1: bool) -> None:
             f"ask a robot: sphero-probe sweep --did 0x{did:02x} --cid 0x{cid:02x}",
         )
     show(output, COMMAND, map(command_row, rows))
+
+
+def _explain_device(output: Output, generation: Generation, did: int) -> None:
+    rows = [row for row in (*all_rows(generation), *async_rows(generation)) if row.did == did]
+    show(output, COMMANDS, map(command_row, rows))

@@ -9,7 +9,9 @@ from sphero_probe.cli.values import Output
 
 
 @click.command("explain", cls=StrictCommand)
-@click.argument("subject", required=False, metavar="CODE | DID:CID | NAME", shell_complete=offer("commands"))
+@click.argument(
+    "subject", required=False, metavar="CODE | DEVICE | DID:CID | NAME", shell_complete=offer("commands")
+)
 @click.option("--address", metavar="BYTE", help="Explain an address byte instead, like 0x21 (V2).")
 @click.option(
     "--robot",
@@ -21,7 +23,7 @@ from sphero_probe.cli.values import Output
 @click.option("--v1", is_flag=True, help="Use the first generation: Sphero, SPRK+, Ollie, BB-8.")
 @output_options
 def command(output: Output, subject: str | None, address: str | None, model: str | None, v1: bool) -> None:
-    """Explain an error code (0x05), a command (0x13:0x10), a name (power.sleep) or an address.
+    """Explain an error code (0x05), a device (power), a command (0x13:0x10, power.sleep) or an address.
 
     The same byte means something else in the first generation; use --v1 for that.
 
@@ -35,7 +37,7 @@ def command(output: Output, subject: str | None, address: str | None, model: str
         explain_address(output, address, model)
         return
     if subject is None:
-        raise click.UsageError("explain what? write a code, a command, a name, or --address 0x21")
+        raise click.UsageError("explain what? write a code, a device, a command, or --address 0x21")
     if model is not None:
         raise click.UsageError("--robot goes with --address")
     explain(output, subject, v1=v1)

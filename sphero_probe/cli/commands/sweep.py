@@ -10,7 +10,7 @@ from sphero_probe.cli.strict import StrictCommand
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 
 
-@click.command("sweep", cls=StrictCommand)
+@click.command("sweep", cls=StrictCommand, words_belong_to="--did")
 @click.option(
     "--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.", shell_complete=offer("dids")
 )
