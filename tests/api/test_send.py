@@ -165,7 +165,7 @@ TABLE = [
     ("fake:bb8", "core.ping", ""),
     ("fake:bb8", "0x01:0x00", ""),
 ]
-CONSENTS = [[], ["write"], ["motion"], ["persist"], ["write", "motion", "persist", "brick"]]
+CONSENTS = [[], ["write"], ["motion"], ["persist"], ["write", "motion", "persist"]]
 
 
 @pytest.mark.parametrize("allowed", CONSENTS, ids=lambda allowed: "+".join(allowed) or "default")
