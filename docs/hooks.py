@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from sphero_probe.reports import views
+
 if TYPE_CHECKING:
     from mkdocs.structure.pages import Page
 
@@ -77,13 +79,28 @@ def exit_codes() -> str:
     return readme.split("\n## Exit codes\n")[1].split("\n## ")[0].strip()
 
 
+def record_columns() -> str:
+    """Return a table of the columns of plain and csv output, in their order."""
+    columns: dict[str, str] = {}
+    for value in vars(views).values():
+        if isinstance(value, views.View):
+            columns[value.type] = ", ".join(f"`{column.key}`" for column in value.record_columns)
+    return "\n".join(
+        ("| record | columns |", "|---|---|", *(f"| {kind} | {said} |" for kind, said in columns.items()))
+    )
+
+
 def public_modules() -> str:
     """Return a mkdocstrings directive for each public module that exists."""
     return "\n\n".join(f"::: {name}" for name in PUBLIC_MODULES if find_spec(name))
 
 
 MARKS: Final[dict[str, dict[str, Callable[[], str]]]] = {
-    "cli.md": {"<!-- commands -->": commands, "<!-- exit codes -->": exit_codes},
+    "cli.md": {
+        "<!-- commands -->": commands,
+        "<!-- record columns -->": record_columns,
+        "<!-- exit codes -->": exit_codes,
+    },
     "api.md": {"<!-- public modules -->": public_modules},
 }
 """Page -> mark -> what takes its place."""

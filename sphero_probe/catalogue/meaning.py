@@ -10,6 +10,7 @@ from sphero_probe.catalogue.robots import ROBOTS
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
+    Command,
     Generation,
     Malformed,
     Notification,
@@ -79,6 +80,19 @@ def answer_meaning(response: Response, known: CommandRow | None) -> Decoded:
         if verdict is Verdict.OK:
             return known.response.decode(response.payload)
     return Decoded({}, {}, b"", "")
+
+
+def request_fields(command: Command, known: CommandRow | None) -> dict[str, object] | None:
+    """Return the decoded arguments of a command, None where the catalogue has no layout that fits them.
+
+    Args:
+        command: the command.
+        known: its row, None where the catalogue has none.
+    """
+    if known is None or known.kind is not Kind.COMMAND or known.request is None:
+        return None
+    decoded = known.request.decode(command.payload)
+    return None if decoded.problem else decoded.fields
 
 
 def _known(

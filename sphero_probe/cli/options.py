@@ -218,8 +218,16 @@ def journal_options(function: Function, *, resume: bool = False) -> Function:
     )
 
 
-def output_options(function: Function) -> Function:
-    """Give a command ``--format``, ``--json``, ``-o``, ``--color`` and ``--debug``; it gets ``output``."""
+def output_options(function: Function, *, detail: bool = False) -> Function:
+    """Give a command ``--format``, ``--json``, ``-o``, ``--header``, ``--color`` and ``--debug``: ``output``.
+
+    Args:
+        function: the command.
+        detail: with ``--detail`` too.
+    """
+    detailed = click.option(
+        "--detail", "output_detail", is_flag=True, help="List in a table what it folds otherwise."
+    )
     return _gather(
         function,
         "output",
@@ -239,6 +247,13 @@ def output_options(function: Function) -> Function:
             help=f"Write to FILE instead of stdout; {', '.join(SUFFIXES)} choose the format.",
             shell_complete=offer("files"),
         ),
+        click.option(
+            "--header",
+            "output_header",
+            is_flag=True,
+            help="Begin plain output with its column names.",
+        ),
+        *([detailed] if detail else []),
         click.option(
             "--color", "output_color", type=click.Choice(COLOURS), default="auto", help="When to use colour."
         ),

@@ -34,7 +34,7 @@ def report(output: Output, view: View, *, live: bool = False) -> Iterator[Report
         OSError: standard output cannot be written.
     """
     with _stream(output) as stream:
-        opened = open_report(output.format, stream, view=view, style=_style(output, stream))
+        opened = open_report(output.format, stream, view=view, style=style_for(output, stream))
         try:
             yield _Flushed(opened, stream) if live else opened
         finally:
@@ -82,10 +82,12 @@ def _open(path: str, flags: int) -> int:
     return descriptor
 
 
-def _style(output: Output, stream: TextIO) -> Style:
+def style_for(output: Output, stream: TextIO) -> Style:
+    """Return what a stream can show, as the output options say."""
     fits = stream.isatty() or "COLUMNS" in os.environ
     width = shutil.get_terminal_size((_WIDTH, 24)).columns if fits else _WIDTH
-    return Style(width, wants_color(output.color, stream), takes_unicode(stream))
+    color, unicode = wants_color(output.color, stream), takes_unicode(stream)
+    return Style(width, color, unicode, output.detail, output.header)
 
 
 class _Flushed:

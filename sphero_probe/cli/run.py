@@ -9,6 +9,7 @@ from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
+from sphero_probe.cli.overview import overview
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.errors import IncompleteError, LinkLostError
@@ -55,12 +56,17 @@ def run_plan(
             _warn_of_other_robot(plan, session)
             journal.begin(session.connection, plan, consent, target)
             run = start_run(plan, session, target, interrupts, journal)
-            with report(output, FINDINGS) as rows, progress(plan.name, output) as advance:
+            with (
+                overview(output) as shown,
+                report(output, FINDINGS) as rows,
+                progress(plan.name, output) as advance,
+            ):
                 try:
                     async for record in run.records():
                         row = row_of(record)
                         ending.add(row)
                         rows.add(row)
+                        shown(row)
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete

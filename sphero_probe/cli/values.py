@@ -115,11 +115,15 @@ class Output(NamedTuple):
         chosen: the format that was chosen, None for the default.
         file: a path, None for standard output.
         color: ``auto``, ``always`` or ``never``.
+        header: begin tab-separated records with the names of the columns.
+        detail: list what a table folds.
     """
 
     chosen: str | None = None
     file: str | None = None
     color: str = "auto"
+    header: bool = False
+    detail: bool = False
 
     @property
     def format(self) -> str:
@@ -131,8 +135,8 @@ class Output(NamedTuple):
         return "table" if sys.stdout.isatty() else "plain"
 
     @classmethod
-    def checked(cls, chosen: str | None, file: str | None, color: str) -> Self:
-        """Return the output for these options.
+    def checked(cls, chosen: str | None, file: str | None, color: str, **more: bool) -> Self:
+        """Return the output for these options, as the attributes are called.
 
         Raises:
             UsageError: no format is chosen, and the suffix of the file is not known.
@@ -142,7 +146,7 @@ class Output(NamedTuple):
                 f"{file}: the suffix {suffix} stands for no format",
                 f"use {', '.join(SUFFIXES)}, or choose a format with --format",
             )
-        return cls(chosen, file, color)
+        return cls(chosen, file, color, **more)
 
 
 def _suffix(file: str) -> str:

@@ -71,6 +71,11 @@ class Consent(NamedTuple):
         return tuple(risk.word for risk in sorted(self.allowed))
 
 
+def flag_for(risk: Risk) -> str:
+    """Return the options that allow a class."""
+    return f"--allow {risk.word}" + " --confirm NAME-OF-ROBOT" * (risk is Risk.BRICK)
+
+
 def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[str]) -> str | None:
     """Return why a command of this class is blocked and which flag allows it, None when it may be sent.
 
@@ -81,10 +86,7 @@ def why_blocked(assessment: Assessment, consent: Consent, robot_names: Iterable[
     """
     risk, reason, _ = assessment
     if risk not in consent.allowed:
-        flag = f"--allow {risk.word}"
-        if risk is Risk.BRICK:
-            flag += " --confirm NAME-OF-ROBOT"
-        return f"{risk.word}: {reason} ({flag})"
+        return f"{risk.word}: {reason} ({flag_for(risk)})"
     if risk is Risk.BRICK and not _confirms(consent, robot_names):
         return f"brick: {reason} (--confirm needs this robot's name)"
     return None

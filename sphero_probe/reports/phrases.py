@@ -97,6 +97,11 @@ def outcome(data: Data) -> str:
     return f"no answer, asked {attempts} times" if isinstance(attempts, int) and attempts > 1 else "no answer"
 
 
+def arguments(data: Data) -> str:
+    """Return with what a command was sent: ``did 0x13``; empty where no layout of the catalogue fits."""
+    return fields({"fields": data.get("arguments"), "payload": data.get("request")})
+
+
 def content(data: Data) -> str:
     """Return the payload: LEDs and fields if they are known, its bytes otherwise."""
     return leds(data) or fields(data) or spaced_hex(data.get("payload"))

@@ -28,11 +28,15 @@ class Style(NamedTuple):
         width: columns; a table uses at least 60.
         color: colour may be used; nothing is said by colour alone.
         unicode: False keeps everything within ASCII.
+        detail: list what a table folds.
+        header: begin tab-separated records with the names of the columns.
     """
 
     width: int = 80
     color: bool = False
     unicode: bool = True
+    detail: bool = False
+    header: bool = False
 
 
 class Report(Protocol):

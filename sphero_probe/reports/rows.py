@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from sphero_probe.catalogue.addresses import AddressMeaning
 from sphero_probe.catalogue.dissection import Part
-from sphero_probe.catalogue.meaning import answer_meaning
+from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
 from sphero_probe.catalogue.packet_json import packet_json
 from sphero_probe.catalogue.proofs import PROVES
@@ -20,6 +20,7 @@ from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summar
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Packet
 from sphero_probe.reports.catalogue_keys import evidence_keys, led_keys
+from sphero_probe.reports.states import state
 from sphero_probe.transports.base import Seen
 
 if TYPE_CHECKING:
@@ -66,37 +67,37 @@ def finding_row(finding: Finding) -> Row:
     """Return the row of a finding; the keys of an answer are null if none arrived.
 
     ``fields`` are those of a successful answer, by the catalogue's layout, ``units`` their units. If the
-    answer does not fit the layout, the end of ``note`` says how.
+    answer does not fit the layout, the end of ``note`` says how. ``request`` are the argument bytes of the
+    command, ``arguments`` their fields, null where they fit no layout of the catalogue.
     """
     known = finding.knowledge
     exchange = finding.exchange
     answer = exchange if isinstance(exchange, Answered) else None
     sent = None if isinstance(exchange, Blocked) else exchange.sent.hex() or None
     decoded = answer_meaning(answer.response, known) if answer else None
-    return Row(
-        "finding",
-        {
-            "number": finding.number,
-            "target": finding.command.target,
-            "answered_by": finding.answered_by,
-            "did": finding.command.did,
-            "cid": finding.command.cid,
-            "name": known.name if known else None,
-            "risk": finding.risk.word,
-            "outcome": finding.outcome.value,
-            "confidence": finding.confidence.value,
-            "code": answer.response.code if answer else None,
-            "code_name": finding.code_name if answer else None,
-            "payload": answer.response.payload.hex() if answer else None,
-            "fields": decoded.fields if decoded else None,
-            "units": decoded.units if decoded else {},
-            "sent": sent,
-            "received": answer.received.hex() if answer else None,
-            "rtt_ms": round(answer.rtt * 1000, 3) if answer else None,
-            "attempts": finding.attempts,
-            "note": "; ".join(filter(None, (finding.note, decoded.problem if decoded else ""))),
-        },
-    )
+    data: dict[str, object] = {
+        "number": finding.number,
+        "target": finding.command.target,
+        "answered_by": finding.answered_by,
+        "did": finding.command.did,
+        "cid": finding.command.cid,
+        "name": known.name if known else None,
+        "risk": finding.risk.word,
+        "outcome": finding.outcome.value,
+        "confidence": finding.confidence.value,
+        "code": answer.response.code if answer else None,
+        "code_name": finding.code_name if answer else None,
+        "payload": answer.response.payload.hex() if answer else None,
+        "fields": decoded.fields if decoded else None,
+        "units": decoded.units if decoded else {},
+        "sent": sent,
+        "received": answer.received.hex() if answer else None,
+        "rtt_ms": round(answer.rtt * 1000, 3) if answer else None,
+        "attempts": finding.attempts,
+        "note": "; ".join(filter(None, (finding.note, decoded.problem if decoded else ""))),
+    }
+    asked = {"request": finding.command.payload.hex(), "arguments": request_fields(finding.command, known)}
+    return Row("finding", data | {"state": state(data)} | asked)
 
 
 def note_row(note: Note) -> Row:

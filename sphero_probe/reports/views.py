@@ -103,7 +103,9 @@ _FINDING_RECORD: Final = (
     *record_only("payload", show=spaced_hex),
     _FIELDS,
     *record_only("sent", "received", show=spaced_hex),
-    *record_only("rtt_ms", "attempts", "note"),
+    *record_only("rtt_ms", "attempts", "note", "state"),
+    *record_only("request", show=spaced_hex),
+    Column("arguments", "Arguments", phrases.arguments, Place.RECORD),
 )
 
 FINDINGS: Final = View("finding", _FINDING_RECORD, "Nothing was asked.")
@@ -118,7 +120,8 @@ FINDING: Final = View(
         table_only("Node", address_phrases.node_asked),
         table_only("Answered by", address_phrases.answered_by),
         table_only("Risk", lambda data: shown(data.get("risk"))),
-        table_only("Outcome", lambda data: phrases.remarked(shown(data.get("outcome")), data.get("note"))),
+        table_only("Arguments", phrases.arguments),
+        table_only("State", lambda data: phrases.remarked(shown(data.get("state")), data.get("note"))),
         table_only("Answer", lambda data: phrases.outcome(data) if data.get("sent") else ""),
         table_only("Time", lambda data: "" if data.get("rtt_ms") is None else f"{shown(data['rtt_ms'])} ms"),
         table_only("Sent", lambda data: spaced_hex(data.get("sent"))),

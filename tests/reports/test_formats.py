@@ -38,7 +38,7 @@ TABULAR = ("table", "plain", "csv")
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_every_row_is_told_in_every_format(form: str) -> None:
-    shown = rendered(form, RUN, width=120)
+    shown = rendered(form, RUN, width=120, detail=True)
     for pair in ((0x13, 0x10), (0x13, 0x99), (0x13, 0x97), (0x13, 0x00), (0x13, 0x25), (0x10, 0x00)):
         if "json" in form:
             assert any(
@@ -141,8 +141,17 @@ def test_plain_is_one_record_a_line() -> None:
         "31.2",
         "1",
         "",
+        "exists",
+        "00 00 00 00 00 00 00 00 00 00 00",
+        "",
     ]
     assert {line.count("\t") for line in lines} == {len(views.FINDINGS.record_columns) - 1}
+
+
+def test_plain_has_a_header_if_it_is_asked_for() -> None:
+    head, *lines = rendered("plain", RUN, header=True).splitlines()
+    assert head.split("\t") == rendered("csv", RUN).splitlines()[0].split(",")
+    assert lines == rendered("plain", RUN).splitlines()
 
 
 def test_plain_is_never_cut() -> None:

@@ -102,7 +102,7 @@ def test_one_finding() -> None:
         in rendered("table", [finding_row(ASKED[3])], views.FINDING).splitlines()
     )
     withheld = rendered("table", [finding_row(ASKED[4])], views.FINDING)
-    assert "Outcome  skipped (brick: power.enter_deep_sleep (--allow brick))" in withheld
+    assert "State    blocked (brick: power.enter_deep_sleep (--allow brick))" in withheld
     assert "Sent" not in withheld
 
 

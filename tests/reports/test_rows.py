@@ -65,6 +65,9 @@ def test_an_answered_finding() -> None:
         "rtt_ms": 31.2,
         "attempts": 1,
         "note": "",
+        "state": "exists",
+        "request": "0000000000000000000000",
+        "arguments": None,
     }
 
 

@@ -64,24 +64,29 @@ def shuffled(findings: list[Finding]) -> list[Finding]:
 def test_a_whole_page() -> None:
     assert rendered("table", run_of(shuffled(MIXED), NOTES)).splitlines() == [
         "Sphero BOLT SB-1B2C, firmware: primary 5.0.2, secondary 4.1.7",
+        "19 probes: 5 exist, 3 absent, 1 silent, 8 blocked, 2 inconclusive; 19 frames",
+        "  sent in 1.2 s",
         "Plan sweep on primary, allowed: read, probe",
         "Started 2025-11-21T22:31:00Z, sphero-probe 0.1.0",
         "Length check, primary: strict (surplus bytes are rejected, and only where a",
         "  command exists)",
+        "6 notifications: 2 × 0x18:0x02 sensor.x0, 0x18:0x02 sensor.x1, 0x18:0x02",
+        "  sensor.x2, and 2 more",
+        "1 malformed frame: checksum 0x3f, expected 0x40",
         "",
-        "     DID:CID    Name                    Answer                                ms",
+        "     DID:CID    Name                    State                                 ms",
         "─" * 80,
         "NEW: 2 commands, not in any catalogue",
-        "NEW  0x13:0x99  not in any catalogue    bad data length                     31.2",
-        "NEW  0x18:0x99  not in any catalogue    success: 01 02 03                   31.2",
+        "NEW  0x13:0x99  not in any catalogue    exists, wrong length                31.2",
+        "NEW  0x18:0x99  not in any catalogue    exists: 01 02 03                    31.2",
         "",
         "system_info 0x11",
-        "     0x11:0x00  get_main_app_version    success: major 5, minor 0,          31.2",
-        "                                        revision 2",
+        "     0x11:0x00  get_main_app_version    exists: major 5, minor 0, revision  31.2",
+        "                                        2",
         "",
         "power 0x13",
-        "     0x13:0x10  get_battery_percentage  success: percentage 87 %            31.2",
-        "     0x13:0x01  sleep                   bad data length                     31.2",
+        "     0x13:0x01  sleep                   exists, wrong length                31.2",
+        "     0x13:0x10  get_battery_percentage  exists: percentage 87 %             31.2",
         "",
         "Silent: 1 command without an answer",
         "     0x13:0x9a  not in any catalogue    no answer, asked 3 times",
@@ -91,20 +96,54 @@ def test_a_whole_page() -> None:
         "     0x13:0x9c  not in any catalogue    0x42 unlisted: 01 (a code in no     31.2",
         "                                        document)",
         "",
-        "Blocked: these were not sent",
+        "Blocked: not sent (--detail lists each command and the reason)",
+        "  8 × brick (--allow brick --confirm NAME-OF-ROBOT): 0x13: 1, 0x1d: 7",
+        "",
+        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id (absent, or hidden",
+        "  from this client)",
+    ]
+
+
+def test_a_detailed_page_lists_what_was_blocked() -> None:
+    brief, detailed = (
+        rendered("table", run_of(MIXED, NOTES), detail=detail).splitlines() for detail in (False, True)
+    )
+    at = detailed.index("Blocked: these were not sent")
+    assert brief[:at] == detailed[:at]
+    assert detailed[at + 1 : at + 5] == [
         "  1 × brick: a documented command, not even at a wrong length (--allow brick):",
         "      0x13:0x00 power.enter_deep_sleep",
         "  7 × brick: unknown command (--allow brick):",
         "      0x1d:0x60-0x65, 0x1d:0x70",
-        "",
-        "6 notifications: 2 × 0x18:0x02 sensor.x0, 0x18:0x02 sensor.x1, 0x18:0x02",
-        "  sensor.x2, and 2 more",
-        "1 malformed frame: checksum 0x3f, expected 0x40",
-        "Not shown: 1 × 0x01 bad device id, 2 × 0x02 bad command id (absent, or hidden",
-        "  from this client)",
-        "19 probes: 5 exist, 3 absent, 1 silent, 8 blocked, 2 inconclusive; 19 frames",
-        "  sent in 1.2 s",
     ]
+
+
+def test_a_device_of_many_nodes_is_named_once_and_equal_counts_go_together() -> None:
+    findings = [
+        refused(number, did, cid, Risk.BRICK, "brick: x (y)", target=target)
+        for number, (target, did, cid) in enumerate(
+            ((node, did, cid) for node in (PRIMARY, SECONDARY) for did in (0x1B, 0x1D) for cid in range(256)),
+            1,
+        )
+    ]
+    shown = rendered(
+        "table", run_of([*findings, refused(9999, 0x13, 0, Risk.WRITE, "write: x (y)")]), width=120
+    )
+    assert "  1 × write (--allow write): primary 0x13: 1\n" in shown
+    assert (
+        "  1024 × brick (--allow brick --confirm NAME-OF-ROBOT): "
+        "primary 0x1b 0x1d: 256 each; secondary 0x1b 0x1d: 256 each\n"
+    ) in shown
+
+
+def test_what_a_command_was_sent_with_is_shown() -> None:
+    asked = [
+        answered(number, 0x10, 0x06, 0x00, b"\x01\x02", request=bytes([did]))
+        for number, did in enumerate((0x13, 0x11), 1)
+    ]
+    shown = rendered("table", run_of(asked))
+    assert "get_supported_cids did 0x13" in shown
+    assert "get_supported_cids did 0x11" in shown
 
 
 def test_ascii_page_says_the_same() -> None:
@@ -115,14 +154,14 @@ def test_ascii_page_says_the_same() -> None:
 
 def test_a_wide_page_folds_nothing() -> None:
     shown = rendered("table", run_of(MIXED, NOTES), width=120)
-    assert "     0x11:0x00  get_main_app_version    success: major 5, minor 0, revision 2" in shown
+    assert "     0x11:0x00  get_main_app_version    exists: major 5, minor 0, revision 2" in shown
     assert "0x42 unlisted: 01 (a code in no document)" in shown
 
 
 @pytest.mark.parametrize("width", [1, 60, 80, 100, 120, 200])
 @pytest.mark.parametrize("unicode", [False, True], ids=["ascii", "unicode"])
 def test_keeps_to_the_width_and_tells_all_ids(width: int, unicode: bool) -> None:
-    shown = rendered("table", run_of(MIXED, NOTES), width=width, unicode=unicode)
+    shown = rendered("table", run_of(MIXED, NOTES), width=width, unicode=unicode, detail=True)
     assert max(map(cell_len, shown.splitlines())) <= max(width, 60)
     told = {(f.command.did, f.command.cid) for f in MIXED if f.outcome != "absent"}
     assert told == expanded(shown) - {(0x18, 0x02)}
@@ -136,7 +175,7 @@ def test_two_nodes_are_told_apart() -> None:
         refused(4, 0x13, 0x77, Risk.PERSIST, "persist: unknown (x)", target=SECONDARY),
         silent(5, 0x13, 0x98, target=0x13),
     ]
-    shown = rendered("table", run_of(findings))
+    shown = rendered("table", run_of(findings), detail=True)
     assert "Plan sweep, allowed: read, probe" in shown
     assert "NEW  secondary  0x13:0x99" in shown
     assert "     primary    0x13:0x10  get_battery_percentage" in shown
@@ -192,7 +231,7 @@ def test_reasons_that_differ_in_the_name_only_are_one() -> None:
             4, 0x13, 0x09, Risk.PERSIST, "persist: unknown, next to power.set_power_options (--allow persist)"
         ),
     ]
-    shown = rendered("table", run_of(findings), width=120)
+    shown = rendered("table", run_of(findings), width=120, detail=True)
     assert (
         "2 × brick: documented, not asked (--allow brick):\n      0x13:0x00 power.enter_deep_sleep, 0x1a:0x35"
         in shown
@@ -219,9 +258,9 @@ def test_a_device_without_a_name_has_its_number() -> None:
 def test_long_answers_are_folded_between_bytes() -> None:
     payload = bytes(range(256)) * 2
     lines = rendered("table", run_of([answered(1, 0x13, 0x99, 0x00, payload)])).splitlines()
-    titles = next(number for number, line in enumerate(lines) if "Answer" in line)
-    left, right = lines[titles].index("Answer"), lines[titles].index("ms") - 2
-    cells = [line[left:right].strip().removeprefix("success: ") for line in lines[titles + 3 : -2]]
+    titles = next(number for number, line in enumerate(lines) if "State" in line)
+    left, right = lines[titles].index("State"), lines[titles].index("ms") - 2
+    cells = [line[left:right].strip().removeprefix("exists: ") for line in lines[titles + 3 :]]
     assert len(cells) > 10
     assert all(re.fullmatch(r"[0-9a-f]{2}( [0-9a-f]{2})*", cell) for cell in cells)
     assert bytes.fromhex("".join(cells)) == payload
@@ -230,7 +269,7 @@ def test_long_answers_are_folded_between_bytes() -> None:
 def test_names_of_what_is_withheld_stay_beside_their_ids() -> None:
     pairs = [(0x13, 0x00), (0x13, 0x12), (0x13, 0x23), (0x1A, 0x39)]
     findings = [refused(at, *pair, Risk.PERSIST, "persist: x (y)") for at, pair in enumerate(pairs, 1)]
-    lines = [line.strip(" ,") for line in rendered("table", run_of(findings)).splitlines()]
+    lines = [line.strip(" ,") for line in rendered("table", run_of(findings), detail=True).splitlines()]
     assert "0x13:0x00 power.enter_deep_sleep, 0x13:0x12 power.set_power_options" in lines
     assert "0x13:0x23 power.set_battery_calibration_slope_and_intercept" in lines
     at = lines.index("0x1a:0x39")
@@ -274,10 +313,10 @@ def test_a_hostile_device_does_not_fill_the_page() -> None:
 )
 def test_any_run_keeps_to_the_width_and_loses_nothing(made: list[Finding], width: int, unicode: bool) -> None:
     findings = [finding._replace(number=number) for number, finding in enumerate(made, 1)]
-    shown = rendered("table", run_of(findings), width=width, unicode=unicode)
+    shown = rendered("table", run_of(findings), width=width, unicode=unicode, detail=True)
     assert max(map(cell_len, shown.splitlines())) <= width
     told = {(f.command.did, f.command.cid) for f in findings if f.outcome != "absent"}
     assert told == expanded(shown)
     absent = sum(f.outcome == "absent" for f in findings)
-    counted = re.search(r"Not shown: (.*?)\n\d+ probes?", shown, re.DOTALL)
+    counted = re.search(r"Not shown: (.*)", shown, re.DOTALL)
     assert sum(int(n) for n in re.findall(r"(\d+)\s+[x×]", counted[1] if counted else "")) == absent

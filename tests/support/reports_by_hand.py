@@ -56,6 +56,9 @@ FINDING_KEYS = [
     "rtt_ms",
     "attempts",
     "note",
+    "state",
+    "request",
+    "arguments",
 ]
 """The columns of a finding, in their order."""
 
@@ -107,8 +110,9 @@ def answered(
     *,
     target: int | None = PRIMARY,
     masked: bool = False,
+    request: bytes = bytes(11),
 ) -> Finding:
-    command = Command(did, cid, bytes(11), target)
+    command = Command(did, cid, request, target)
     seq = number % 255
     response = Response(seq, code, payload, did, cid, target, flags=0x09)
     exchange = Answered(
@@ -148,9 +152,11 @@ def rendered(
     width: int = 80,
     color: bool = False,
     unicode: bool = True,
+    detail: bool = False,
+    header: bool = False,
 ) -> str:
     out = io.StringIO()
-    report = open_report(form, out, view=view, style=Style(width, color, unicode))
+    report = open_report(form, out, view=view, style=Style(width, color, unicode, detail, header))
     for row in rows:
         report.add(row)
     report.close()

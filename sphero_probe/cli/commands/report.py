@@ -1,5 +1,7 @@
 """The options of ``report``."""
 
+from functools import partial
+
 import click
 
 from sphero_probe.cli.complete.lazily import offer
@@ -10,7 +12,7 @@ from sphero_probe.cli.values import Output
 
 @click.command("report", cls=StrictCommand)
 @click.argument("run", metavar="RUN", shell_complete=offer("runs"))
-@output_options
+@partial(output_options, detail=True)
 def command(output: Output, run: str) -> None:
     """Print a recorded run in any format.
 

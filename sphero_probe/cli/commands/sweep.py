@@ -32,7 +32,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
-@output_options
+@partial(output_options, detail=True)
 def command(
     output: Output,
     journal: JournalOptions,

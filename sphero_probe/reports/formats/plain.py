@@ -1,7 +1,7 @@
 """The format ``plain``: one tab-separated line per row, for ``cut``, ``grep`` and ``awk``.
 
-There is no header, and nothing is cut. A line has the record columns of the view, in the view's order (see
-``views``); unknown values are empty. Rows of other types than the view's are left out.
+Nothing is cut. There is no header, unless the style asks for one. A line has the record columns of the view,
+in the view's order (see ``views``); unknown values are empty. Rows of other types are left out.
 """
 
 from typing import TextIO
@@ -19,6 +19,8 @@ class TabSeparated:
         self._out = out
         self._view = view
         self._style = style
+        if style.header:
+            out.write("\t".join(column.key for column in view.record_columns) + "\n")
 
     def add(self, row: Row) -> None:
         """Write a line."""

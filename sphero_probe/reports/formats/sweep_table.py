@@ -2,15 +2,19 @@
 
 from typing import Final, TextIO, TypeVar
 
+from sphero_probe.catalogue.model import Robot
+from sphero_probe.probing.finding import Outcome
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
 from sphero_probe.reports.differences import differences
+from sphero_probe.reports.finding_line import Data, FindingLine, line_of, robot_of
 from sphero_probe.reports.phrases import remarked, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
+from sphero_probe.reports.run_blocked import blocked_by_class, blocked_by_reason
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.run_heading import calibration_lines, heading_lines
-from sphero_probe.reports.sweep_sections import Data, FindingLine, Section
+from sphero_probe.reports.sweep_sections import Section
 from sphero_probe.reports.terminal import Shape, TerminalWriter
 
 _Part = TypeVar("_Part")
@@ -25,7 +29,7 @@ _SHAPES: Final = (
     _NODE,
     Shape("DID:CID", whole=True),
     Shape("Name"),
-    Shape("Answer"),
+    Shape("State"),
     Shape("ms", right=True, whole=True, look="dim"),
 )
 
@@ -33,7 +37,16 @@ _SHAPES: Final = (
 class SweepTable:
     """Collects the rows of a run and writes the page at the end."""
 
-    def __init__(self, out: TextIO, style: Style, nothing: str) -> None:
+    def __init__(self, out: TextIO, style: Style, nothing: str = "", *, brief: bool = False) -> None:
+        """Open the page.
+
+        Args:
+            out: where it is written.
+            style: what ``out`` can show.
+            nothing: what it says without a row.
+            brief: write only what fits on one screen.
+        """
+        self._brief, self._detail = brief, style.detail
         self._writer = TerminalWriter(out, style)
         self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
         self._nothing = nothing
@@ -49,29 +62,52 @@ class SweepTable:
     def close(self) -> None:
         """Write the page."""
         heading = self._held["run"][0] if self._held["run"] else None
-        robot = words.robot_of(heading)
-        lines = [words.line_of(data, robot) for data in words.latest(self._held["finding"])]
+        robot = robot_of(heading)
+        lines = [line_of(data, robot) for data in words.latest(self._held["finding"])]
         lines.sort(key=lambda line: line.number)
         places = words.places(lines)
         apart = heading is None or len(places) > 1
+        self._overview(heading, robot, lines, places)
+        if not self._brief:
+            self._sections(words.sections(lines, robot), apart=apart)
+            self._blocked(lines, apart=apart)
+            self._absent(lines)
+        self._writer.flush()
+
+    def _overview(
+        self, heading: Data | None, robot: Robot | None, lines: list[FindingLine], places: list[str]
+    ) -> None:
+        """Write what fits on one screen: the robot, the counts, the differences, the troubles."""
         notes = self._held["note"]
-        calibration = calibration_lines(notes, robot)
         executed = [note for note in notes if note.get("kind") == EXECUTED]
         for note in executed:
             self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
         if executed:
             self._writer.skip()
-        if heading:
-            who, *rest = heading_lines(heading, places, calibration)
+        who, *rest = heading_lines(heading, places, calibration_lines(notes, robot)) if heading else [""]
+        if who:
             self._writer.say(who, "bold", limit=_LINE)
-            for text in rest:
-                self._writer.say(text, limit=_LINE)
+        self._counts(heading, lines)
+        for text in rest:
+            self._writer.say(text, limit=_LINE)
+        told = ("calibration", "evidence", EXECUTED, "comparison")
+        troubles = [note for note in notes if note.get("kind") not in told]
+        for text in (*words.doubts(lines), *words.remarks(troubles, self._times)):
+            self._writer.say(text, limit=_LINE)
         self._differences([note for note in notes if note.get("kind") == "comparison"])
-        self._sections(words.sections(lines, robot), apart=apart)
-        self._blocked(lines, apart=apart)
-        said = ("calibration", "evidence", EXECUTED, "comparison")
-        self._end(heading, lines, [note for note in notes if note.get("kind") not in said])
-        self._writer.flush()
+
+    def _counts(self, heading: Data | None, lines: list[FindingLine]) -> None:
+        """Write the run in a sentence, and why it is incomplete."""
+        summary = self._held["summary"][-1] if self._held["summary"] else None
+        if summary:
+            self._writer.say(words.ending(summary, lines), "bold")
+            if not summary.get("complete"):
+                said = "; ".join(self._run_ending.reasons)
+                self._writer.say(f"Incomplete: {said}.", "bold yellow")
+        elif heading:
+            self._writer.say("Incomplete: the record of this run ends before the run did.", "bold yellow")
+        elif not lines and not self._held["note"]:
+            self._writer.say(self._nothing)
 
     def _sections(self, sections: list[Section], *, apart: bool) -> None:
         """Write the sections; their grids share the columns and one row of titles."""
@@ -103,38 +139,27 @@ class SweepTable:
             self._named(differences(note))
 
     def _blocked(self, lines: list[FindingLine], *, apart: bool) -> None:
-        told = words.blocked(lines, self._times, apart=apart)
-        if told:
-            self._writer.skip()
+        """Write what was not sent: a line for each class, or with ``detail`` each reason and its commands."""
+        if not any(line.outcome == Outcome.SKIPPED.value for line in lines):
+            return
+        self._writer.skip()
+        if self._detail:
             self._writer.say("Blocked: these were not sent", "bold")
-            self._named(told)
+            self._named(blocked_by_reason(lines, self._times, apart=apart))
+        else:
+            self._writer.say("Blocked: not sent (--detail lists each command and the reason)", "bold")
+            for text in blocked_by_class(lines, self._times, apart=apart):
+                self._writer.say(text, indent=2)
 
     def _named(self, told: list[tuple[str, list[str]]]) -> None:
         for what, ids in told:
             self._writer.say(f"{what}:", indent=2)
             self._writer.items(ids, indent=6)
 
-    def _end(self, heading: Data | None, lines: list[FindingLine], notes: list[Data]) -> None:
-        absent = words.not_shown(lines, self._times)
-        closing = [
-            *words.doubts(lines),
-            *words.remarks(notes, self._times),
-            *([absent] if absent else []),
-        ]
-        summary = self._held["summary"][-1] if self._held["summary"] else None
-        if closing or summary or heading:
+    def _absent(self, lines: list[FindingLine]) -> None:
+        if absent := words.not_shown(lines, self._times):
             self._writer.skip()
-        for text in closing:
-            self._writer.say(text, limit=_LINE)
-        if summary:
-            self._writer.say(words.ending(summary, lines), "bold")
-            if not summary.get("complete"):
-                said = "; ".join(self._run_ending.reasons)
-                self._writer.say(f"Incomplete: {said}.", "bold yellow")
-        elif heading:
-            self._writer.say("Incomplete: the record of this run ends before the run did.", "bold yellow")
-        elif not lines and not closing:
-            self._writer.say(self._nothing)
+            self._writer.say(absent, limit=_LINE)
 
 
 def _cells(line: FindingLine, section: Section) -> tuple[str, ...]:
