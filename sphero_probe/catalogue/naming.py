@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable
 from typing import Final
 
+from sphero_probe.catalogue.colours import COLOURS
 from sphero_probe.catalogue.commands import DEVICE_NAMES, close_names, device_by_name, row_by_name
 from sphero_probe.errors import UsageError, did_you_mean
 from sphero_probe.protocol.packets import Generation
@@ -97,14 +98,15 @@ def id_range(text: str, generation: Generation, *, devices: bool) -> tuple[int, 
 
 
 def colour(text: str) -> tuple[int, int, int]:
-    """Return red, green and blue of ``ff0000`` or ``f00``.
+    """Return red, green and blue of ``ff0000``, ``f00`` or ``orange``.
 
     Raises:
         UsageError: it is not a colour.
     """
-    match = _COLOUR.fullmatch(text.strip())
+    match = _COLOUR.fullmatch(COLOURS.get(text.strip().lower(), text.strip()))
     if not match:
-        raise UsageError(f"'{text}' is not a colour", "write six or three hex digits: ff0000, f00")
+        hint = did_you_mean(text.lower(), COLOURS, "write ff0000, f00 or a name like red")
+        raise UsageError(f"'{text}' is not a colour", hint)
     digits = match[1] if len(match[1]) == 6 else "".join(digit * 2 for digit in match[1])
     red, green, blue = bytes.fromhex(digits)
     return red, green, blue

@@ -3,7 +3,9 @@
 from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import CommandSilentError, NoAnswerError, RefusedByPolicyError, RobotRefusedError
 from sphero_probe.link.exchange import Answered, Blocked, Silent
+from sphero_probe.link.link import Link
 from sphero_probe.probing.finding import Finding
+from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Verdict
 from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.session import Session
@@ -46,5 +48,21 @@ async def check(finding: Finding, session: Session) -> None:
         code = exchange.response.code
         raise RobotRefusedError(
             f"the robot answered 0x{code:02x} {finding.code_name}",
-            f"see: sphero-probe explain {'--v1 ' if link.codec.generation == 'v1' else ''}0x{code:02x}",
+            _other_node(finding, link)
+            or f"see: sphero-probe explain {'--v1 ' if link.codec.generation == 'v1' else ''}0x{code:02x}",
         )
+
+
+def _other_node(finding: Finding, link: Link) -> str:
+    """Return the hint to ask another node, if the catalogue knows the command there and not on this one."""
+    robot, known, target = link.policy.robot, finding.knowledge, finding.command.target
+    if robot is None or known is None or target is None or finding.code is None:
+        return ""
+    nodes = known.nodes.get(robot.key, ())
+    if not nodes or Address.from_byte(target).node in nodes:
+        return ""
+    if link.codec.verdict(finding.code) not in (Verdict.NO_DEVICE, Verdict.NO_COMMAND, Verdict.NO_TARGET):
+        return ""
+    there = Address.from_byte(target).with_node(nodes[0])
+    name = robot.nodes.get(there.node, f"0x{there.byte:02x}")
+    return f"the catalogue knows {known.name} on another node: --target {name}"

@@ -9,6 +9,7 @@ from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.leds import Colour, led_commands
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import NUMBER, byte, choose
+from sphero_probe.catalogue.payload.typed import how_to_type
 from sphero_probe.errors import UsageError
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.address import PRIMARY, Address
@@ -70,7 +71,7 @@ def complete_command(
         address = Address(port, nodes[0]).byte
     if payload is None and row and row.request and not row.request.accepts(0):
         raise UsageError(
-            f"{row.name} takes arguments: {row.request.text}", "give them as bytes after the command"
+            f"{row.name} takes arguments: {row.request.text}", how_to_type(row.request, row.name)
         )
     return Command(did, cid, payload or b"", address)
 

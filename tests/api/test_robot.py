@@ -61,7 +61,7 @@ def test_leds_with_a_command_each() -> None:
     ("colors", "said"),
     [
         ({"frnt": "f00"}, "no LED on Sphero BOLT\\+: 'frnt'"),
-        ({"front": "red"}, "'red' is not a colour"),
+        ({"front": "rot"}, "'rot' is not a colour"),
         ({"front": (1, 2, 256)}, "larger than 0xff"),
         ({}, "no LED is named"),
     ],

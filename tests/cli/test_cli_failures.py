@@ -41,7 +41,7 @@ USAGE = 2
         pytest.param(("sweep", "--did", "0x13", "--format", "xml", *FAKE), USAGE, "xml", id="format"),
         pytest.param(("sweep", "--did", "0x13", "--allow", "all", *FAKE), USAGE, "all", id="allow-all"),
         pytest.param(("send", "0x13", "0x10", "abc", *FAKE), USAGE, "odd number of hex digits", id="odd-hex"),
-        pytest.param(("send", "0x13", "0x10", "zz", *FAKE), USAGE, "not hexadecimal", id="not-hex"),
+        pytest.param(("send", "0x13", "0x10", "zz", *FAKE), USAGE, "takes no arguments", id="not-hex"),
         pytest.param(("send", "0x13", *FAKE), USAGE, "a DID alone", id="did-alone"),
         pytest.param(
             ("send", "power.get_batery_percentage", *FAKE),
@@ -52,7 +52,7 @@ USAGE = 2
         pytest.param(("send", "drive.set_raw_motors", *FAKE), USAGE, "takes arguments", id="needs-arguments"),
         pytest.param(("led", "--front", "ff000", *FAKE), USAGE, "not a colour", id="colour-of-5-digits"),
         pytest.param(("led", *FAKE), USAGE, "no LED is named", id="no-led"),
-        pytest.param(("led", "--led", "front", *FAKE), USAGE, "NAME=RRGGBB", id="lamp-without-colour"),
+        pytest.param(("led", "--led", "front", *FAKE), USAGE, "NAME=COLOUR", id="lamp-without-colour"),
         pytest.param(("led", "--led", "frnt=f00", *FAKE), USAGE, "did you mean 'front'", id="unknown-lamp"),
         pytest.param(("led", "--front", "f00", "--device", "fake:lmq"), USAGE, "no LEDs are known", id="lmq"),
         pytest.param(("info", "--device", "fake:blot"), USAGE, "bolt", id="unknown-model"),

@@ -78,7 +78,7 @@ def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[
     for led in leds:
         name, equals, text = led.partition("=")
         if not equals or not name:
-            raise UsageError(f"--led {led} is not NAME=RRGGBB", "for example: --led front=ff0000")
+            raise UsageError(f"--led {led} is not NAME=COLOUR", "for example: --led front=ff0000")
         if name.lower() in wanted:
             raise UsageError(f"--led {led}: the LED {name} is named twice")
         wanted[name.lower()] = colour(text)

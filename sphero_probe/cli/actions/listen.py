@@ -101,9 +101,10 @@ async def _send(session: Session, text: str) -> None:
         SpheroProbeError: it is not valid, is blocked, or the robot rejected it.
     """
     connection = session.connection
-    ids, payload = parse_command(tuple(text.split()), connection.generation)
+    typed = parse_command(tuple(text.split()), connection.generation)
     command = complete_command(
-        *(ids, payload, connection.robot, connection.port, None), generation=connection.generation
+        *(typed.ids, typed.payload(connection.robot), connection.robot, connection.port, None),
+        generation=connection.generation,
     )
     await check(await send_once(session.link, command), session)
 

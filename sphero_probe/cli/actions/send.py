@@ -39,10 +39,12 @@ def send(
         activity=not flags.no_activity,
         source=flags.source,
     )
-    ids, payload = parse_command(what, generation)
+    typed = parse_command(what, generation)
+    typed.check()
 
     def make(robot: Robot | None, port: int) -> tuple[Command, ...]:
-        command = complete_command(ids, payload, robot, port, asking.target, generation=generation)
+        payload = typed.payload(robot)
+        command = complete_command(typed.ids, payload, robot, port, asking.target, generation=generation)
         return (command._replace(options=options),)
 
     consent = Consent.of(asking.allow, asking.confirm)

@@ -9,13 +9,13 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 
 
 @click.command("led", cls=StrictCommand)
-@click.option("--front", metavar="RRGGBB", help="The front LED (on a Mini: the body).")
-@click.option("--back", metavar="RRGGBB", help="The back LED.")
+@click.option("--front", metavar="COLOUR", help="The front LED (on a Mini: the body): ff0000, f00 or red.")
+@click.option("--back", metavar="COLOUR", help="The back LED.")
 @click.option(
     "--led",
     "leds",
     multiple=True,
-    metavar="NAME=RRGGBB",
+    metavar="NAME=COLOUR",
     help="An LED by name; may be repeated.",
     shell_complete=offer("leds"),
 )
