@@ -33,6 +33,22 @@ COMMANDS: Final[dict[str, str]] = {
 }
 """Command -> its line in ``--help``; the command is ``command`` in ``sphero_probe.cli.commands.<name>``."""
 
+SECTIONS: Final[dict[str, tuple[str, ...]]] = {
+    "Find a robot": ("scan", "info", "doctor"),
+    "Map it": ("sweep", "discover", "nodes", "plan"),
+    "Act on it": ("send", "led", "listen"),
+    "Read and compare": ("decode", "capture", "explain", "catalog", "report", "runs"),
+    "Tools": ("serve", "completion"),
+}
+"""How ``--help`` groups the commands."""
+EXIT_CODES: Final = (
+    "Exit codes: 0 done; 1 failure, or a difference; 2 usage; 3 robot not found; 4 could not connect; "
+    "5 incomplete; 6 blocked by the policy, or not confirmed; 7 the robot rejected the command; 8 bad input "
+    "file; 9 no Bluetooth or serial port here; 10 cannot write output; 11 the journal is in use; 70 a bug; "
+    "130 interrupted."
+)
+"""The codes in short; the README has the whole list."""
+
 
 class LazyGroup(click.Group):
     """A group whose commands are the modules named in ``COMMANDS``."""
@@ -82,11 +98,13 @@ class LazyGroup(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write a line for each command, without importing it."""
         del ctx
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        wide = max(map(len, COMMANDS))
+        for title, names in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(wide), COMMANDS[name]) for name in names])
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, "-V", "--version", message="sphero-probe %(version)s")
 def group() -> None:
     """Map what a Sphero robot can do, from the terminal.
@@ -100,11 +118,16 @@ def group() -> None:
 def whole_group() -> click.Group:
     """Return the group with every command imported and its summary set, as a manual needs it."""
     context = click.Context(group)
-    for name in COMMANDS:
-        if command := group.get_command(context, name):
-            group.add_command(command, name)
-    _sum_up(group)
-    return group
+    members = {name: command for name in COMMANDS if (command := group.get_command(context, name))}
+    manual = click.Group(
+        group.name,
+        members,
+        params=group.params,
+        help=f"{group.help}\n\n{EXIT_CODES}",  # a man page has no epilog
+        context_settings=group.context_settings,
+    )
+    _sum_up(manual)
+    return manual
 
 
 def _sum_up(command: click.Command) -> None:

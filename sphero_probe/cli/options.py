@@ -70,7 +70,10 @@ def device_options(
             envvar="SPHERO_PROBE_DEVICE",
             metavar="ROBOT",
             callback=_check_device,
-            help=f"Name or its beginning (BP-12), address, or fake:bolt-plus; default: {unnamed}.",
+            help=(
+                "Name or its beginning (BP-12), Bluetooth address, serial:/dev/ttyS0, rfcomm:/dev/rfcomm0 or "
+                f"fake:bolt-plus; default: SPHERO_PROBE_DEVICE, or {unnamed}."
+            ),
             shell_complete=offer("devices"),
         ),
         adapter_option("connecting_adapter"),
@@ -176,7 +179,11 @@ def _consent() -> tuple[Function, Function]:
             "asking_allow",
             multiple=True,
             type=click.Choice(RISKS),
-            help="Also allow this risk class; may be repeated.",
+            help=(
+                "Also allow this risk class; may be repeated. write: LEDs, volume, streaming; motion: "
+                "moving, noise, sleep; persist: names, settings, animations; brick: firmware, factory data, "
+                "deep sleep."
+            ),
         ),
         click.option(
             "--confirm",

@@ -1,8 +1,26 @@
 """A command class that reports contradicting options, where click would use the last one."""
 
-from typing import Any
+from typing import Any, Final
 
 import click
+
+SECTIONS: Final = {
+    "asking": "What to ask",
+    "asking_allow": "Consent",
+    "asking_confirm": "Consent",
+    "asking_dry_run": "Consent",
+    "flags": "Flags of the packet",
+    "connecting": "Robot and link",
+    "journal": "Journal",
+    "output": "Output",
+}
+"""The name of an option's parameter, or its beginning -> the section of help that shows the option."""
+_OWN: Final = "Options"
+
+
+def _section(option: click.Parameter) -> str:
+    name = option.name or ""
+    return SECTIONS.get(name) or SECTIONS.get(name.partition("_")[0], _OWN)
 
 
 class StrictCommand(click.Command):
@@ -21,6 +39,18 @@ class StrictCommand(click.Command):
         """
         super().__init__(*args, **settings)
         self._words_belong_to = words_belong_to
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options in sections: the command's own first, then those that it shares."""
+        sections: dict[str, list[tuple[str, str]]] = {_OWN: []}
+        for option in self.get_params(ctx):
+            if record := option.get_help_record(ctx):
+                sections.setdefault(_section(option), []).append(record)
+        order = list(dict.fromkeys((_OWN, *SECTIONS.values())))
+        for title in sorted(sections, key=order.index):
+            if sections[title]:
+                with formatter.section(title):
+                    formatter.write_dl(sections[title])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line.

@@ -80,3 +80,7 @@ def test_the_pages_are_set_without_a_warning(pages: dict[str, Path]) -> None:
         env={"PATH": "/usr/bin:/bin"},
     )
     assert (set_.returncode, set_.stderr) == (0, "")
+
+
+def test_the_page_of_the_group_has_the_exit_codes(pages: dict[str, Path]) -> None:
+    assert "3 robot not found" in pages["sphero-probe"].read_text(encoding="utf-8")
