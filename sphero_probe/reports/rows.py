@@ -14,6 +14,7 @@ from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
 from sphero_probe.catalogue.packet_json import packet_json
 from sphero_probe.catalogue.proofs import PROVES
+from sphero_probe.catalogue.stream_plan import StreamColumn
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summary
@@ -37,7 +38,7 @@ class Row(NamedTuple):
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
             ``command``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``,
-            ``address``, ``byte``, ``system``, ``node``, ``hop``.
+            ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
         data: the values, in the order in which they are written.
     """
 
@@ -184,6 +185,14 @@ def command_row(command: CommandRow) -> Row:
 def led_row(robot: Robot, group: LedGroup) -> Row:
     """Return the row of a robot's LED."""
     return Row("led", led_keys(robot, group))
+
+
+def sensor_row(robot: Robot, group: str, columns: Iterable[StreamColumn]) -> Row:
+    """Return the row of a group of sensors; ``values`` are the names of its values, ``units`` their units."""
+    columns = tuple(columns)
+    data: dict[str, object] = {"robot": robot.key, "name": group}
+    data["values"] = [column.name for column in columns]
+    return Row("sensor", data | {"units": {column.name: column.unit for column in columns if column.unit}})
 
 
 def planned_row(planned: "PlannedProbe") -> Row:

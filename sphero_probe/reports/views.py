@@ -91,6 +91,11 @@ def table_only(title: str, render: Render, *, right: bool = False, whole: bool =
     return Column("", title, render, Place.TABLE, right, whole)
 
 
+def _units(units: object) -> list[str]:
+    """Return the different units of a row."""
+    return list(dict.fromkeys(map(shown, units.values()))) if isinstance(units, dict) else []
+
+
 _PAIR: Final = table_only("DID:CID", phrases.pair, whole=True)
 _FIELDS: Final = Column("fields", "Fields", phrases.fields, Place.RECORD)
 
@@ -251,6 +256,12 @@ PLANNED: Final = View(
     "No probes.",
 )
 """What a run would send, and what it would block."""
+
+SENSORS: Final = View(
+    "sensor",
+    (both("robot"), both("name"), both("values"), both("units", show=lambda units: ", ".join(_units(units)))),
+    "No sensor streams are known of this robot.",
+)
 
 LEDS: Final = View(
     "led",

@@ -7,11 +7,13 @@ from sphero_probe.cli.connect import connect
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
+from sphero_probe.cli.waiting import switch_off, wait_for_end
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.failures import check
 from sphero_probe.probing.oneshot import send_once
+from sphero_probe.protocol.packets import Command
 from sphero_probe.reports.registry import Report
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import HEARD
@@ -51,10 +53,14 @@ def listen(
             lines = output if output.chosen or output.file else output._replace(chosen="plain")
             with report(lines, HEARD, live=True) as rows:
                 packets = _PacketReport(rows, count, stop)
-                with describe_unsolicited(session.link, packets.add):
-                    for text in commands:
-                        await _send(session, text)
-                    await _wait(session, stop, seconds)
+                executed: list[Command] = []
+                try:
+                    with describe_unsolicited(session.link, packets.add):
+                        for text in commands:
+                            await _send(session, text, executed)
+                        await wait_for_end(session, stop, seconds)
+                finally:
+                    await switch_off(session, executed)
                 packets.raise_failure()
 
     run_interruptible(interrupts, work())
@@ -94,8 +100,8 @@ class _PacketReport:
             raise self._failure
 
 
-async def _send(session: Session, text: str) -> None:
-    """Send a command that was given as text.
+async def _send(session: Session, text: str, executed: list[Command]) -> None:
+    """Send a command that was given as text, and add it to what was executed.
 
     Raises:
         SpheroProbeError: it is not valid, is blocked, or the robot rejected it.
@@ -106,22 +112,5 @@ async def _send(session: Session, text: str) -> None:
         *(typed.ids, typed.payload(connection.robot), connection.robot, connection.port, None),
         generation=connection.generation,
     )
+    executed.append(command)
     await check(await send_once(session.link, command), session)
-
-
-async def _wait(session: Session, stop: asyncio.Event, seconds: float | None) -> None:
-    """Wait until there are enough packets, the time is up, Ctrl-C, or the link is lost.
-
-    Raises:
-        LinkLostError: the robot is gone.
-    """
-    ended = asyncio.create_task(stop.wait())
-    gone = asyncio.create_task(session.link.closed())
-    try:
-        done, _ = await asyncio.wait({ended, gone}, timeout=seconds, return_when=asyncio.FIRST_COMPLETED)
-        if gone in done:
-            gone.result()
-    finally:
-        ended.cancel()
-        gone.cancel()
-        await asyncio.gather(ended, gone, return_exceptions=True)

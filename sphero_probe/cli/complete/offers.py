@@ -15,6 +15,7 @@ from sphero_probe.catalogue import (
 )
 from sphero_probe.catalogue.model import Kind, Robot
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.stream_plan import sensor_groups
 from sphero_probe.cli.complete.last_scan import recall
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.runs.store import LAST, journal_files
@@ -50,6 +51,13 @@ def offer_commands(context: Context, start: str) -> "Offers":
     robot = _robot(context)
     rows = commands_of(robot) if robot else all_rows(_generation(context))
     return _beginning(start, {row.name: row.risk.word for row in rows if row.kind is Kind.COMMAND})
+
+
+def offer_sensors(context: Context, start: str) -> "Offers":
+    """Offer the sensors of the ``--device`` robot, or of every robot."""
+    robot = _robot(context)
+    groups = [sensor_groups(one) for one in ([robot] if robot else ROBOTS.values())]
+    return _beginning(start, {name: "" for group in groups for name in group})
 
 
 def offer_filters(_: Context, start: str) -> "Offers":
@@ -113,6 +121,7 @@ OFFERS: Final["dict[str, Callable[[Context, str], Offers]]"] = {
     "files": offer_files,
     "filters": offer_filters,
     "leds": offer_leds,
+    "sensors": offer_sensors,
     "nodes": offer_nodes,
     "plans": offer_plans,
     "robots": offer_robots,
