@@ -1,5 +1,6 @@
 """The README and the pages in docs/: every command line runs, and every command is shown."""
 
+import io
 import re
 import shlex
 from pathlib import Path
@@ -67,6 +68,7 @@ def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, t
         [Peripheral("BP-1234", "AA:BB:CC:DD:EE:01", robot=robot, services=sphero_v2(gate=False))]
     ) as air:
         monkeypatch.setenv("DBUS_SYSTEM_BUS_ADDRESS", air.address)
+        monkeypatch.setattr("sys.stdin", io.StringIO("explain 0x05\n"))  # for the shell
         ran = cli(*shlex.split(line))
     assert ran.code == 0, ran.err
     assert ran.out or "-o" in line

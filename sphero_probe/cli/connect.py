@@ -6,8 +6,9 @@ from time import monotonic
 
 from sphero_probe.cli.capture_out import capturing
 from sphero_probe.cli.messages import say
+from sphero_probe.cli.shared_connection import SharedConnection
 from sphero_probe.cli.values import ConnectOptions
-from sphero_probe.errors import RefusedByPolicyError
+from sphero_probe.errors import LinkLostError, RefusedByPolicyError
 from sphero_probe.link.events import Events
 from sphero_probe.link.policy import Consent
 from sphero_probe.session.session import Session, open_session
@@ -37,14 +38,46 @@ async def connect(
 
     opening = OpenOptions(options.connect_timeout, options.adapter, on_step)
     events = Events()
+    shared = SharedConnection.current()
+    shared = shared if shared and shared.device == options.device else None
     with capturing(options.capture, options.device, events):
         async with open_session(
-            options.device, consent, opening, timeout=timeout, events=events, tolerate=options.tolerate
+            options.device,
+            consent,
+            opening,
+            timeout=timeout,
+            events=events,
+            tolerate=options.tolerate,
+            opened=shared.lend(opening) if shared else None,
         ) as session:
-            if session.link.policy.confirmation_fails:
-                name = session.connection.name
-                raise RefusedByPolicyError(
-                    f"--confirm {consent.confirmed} names another robot than this one, {name}",
-                    f"to allow the class brick on this robot, write --confirm {name}",
-                )
-            yield session
+            _check_confirmation(session, consent)
+            async with _dropped_if_lost(shared, session):
+                yield session
+
+
+@asynccontextmanager
+async def _dropped_if_lost(shared: SharedConnection | None, session: Session) -> AsyncIterator[None]:
+    """Close a shared connection that was lost or replaced meanwhile; the next command opens another."""
+    link, lost = session.link, False
+    try:
+        yield
+    except LinkLostError:
+        lost = True
+        raise
+    finally:
+        if shared and (lost or session.link is not link):
+            await shared.close()
+
+
+def _check_confirmation(session: Session, consent: Consent) -> None:
+    """Check that the consent names this robot, if it must name one.
+
+    Raises:
+        RefusedByPolicyError: it names another robot.
+    """
+    if session.link.policy.confirmation_fails:
+        name = session.connection.name
+        raise RefusedByPolicyError(
+            f"--confirm {consent.confirmed} names another robot than this one, {name}",
+            f"to allow the class brick on this robot, write --confirm {name}",
+        )

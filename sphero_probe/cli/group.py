@@ -21,6 +21,7 @@ COMMANDS: Final[dict[str, str]] = {
     "led": "Set LEDs.",
     "listen": "Print notifications as they arrive.",
     "stream": "Stream sensors by name: live, as CSV, JSON lines or a chart.",
+    "shell": "Keep one connection, and run commands over it.",
     "decode": "Decode packets from arguments, files or standard input.",
     "capture": "Show what is in a recording of Bluetooth or serial traffic.",
     "explain": "Explain an error code or a command.",
@@ -37,7 +38,7 @@ COMMANDS: Final[dict[str, str]] = {
 SECTIONS: Final[dict[str, tuple[str, ...]]] = {
     "Find a robot": ("scan", "info", "doctor"),
     "Map it": ("sweep", "discover", "nodes", "plan"),
-    "Act on it": ("send", "led", "listen", "stream"),
+    "Act on it": ("send", "led", "listen", "stream", "shell"),
     "Read and compare": ("decode", "capture", "explain", "catalog", "report", "runs"),
     "Tools": ("serve", "completion"),
 }

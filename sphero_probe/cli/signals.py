@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.parent import parent_gone
+from sphero_probe.cli.shared_connection import SharedConnection
 from sphero_probe.errors import InterruptedRunError, LinkLostError
 
 _SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
@@ -99,9 +100,10 @@ def _on_orphan(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None
 
 
 def run_interruptible(interrupts: Interrupts, work: Coroutine[Any, Any, None]) -> None:
-    """Run a coroutine to its end on a fresh event loop.
+    """Run a coroutine to its end on a fresh event loop, or on that of the connection that commands share.
 
     Raises:
         InterruptedRunError: a signal ended it.
     """
-    asyncio.run(interrupts.guard(work))
+    shared = SharedConnection.current()
+    (shared.run if shared else asyncio.run)(interrupts.guard(work))

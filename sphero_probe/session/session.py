@@ -1,7 +1,7 @@
 """Open a session: connect to a device address, identify the model, and start a link that can reconnect."""
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Collection
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 
 from sphero_probe.catalogue.gatt_services import list_services
@@ -47,6 +47,7 @@ async def open_session(
     timeout: float | None = None,
     tolerate: Collection[str] = (),
     events: Events | None = None,
+    opened: AbstractAsyncContextManager[Connection] | None = None,
 ) -> AsyncIterator[Session]:
     """Connect and start listening; leaving the context closes everything.
 
@@ -57,13 +58,14 @@ async def open_session(
         timeout: seconds until a command counts as silent; None measures it.
         tolerate: the fields in which an answer may differ and still count, of ``link.tracker.TOLERANCES``.
         events: where the link tells what happens, for who listens from its start.
+        opened: gives the connection to use; None opens the address.
 
     Raises:
         SpheroProbeError: the robot cannot be reached.
     """
     options = options or OpenOptions()
     async with AsyncExitStack() as origin, AsyncExitStack() as line:
-        connection = await origin.enter_async_context(open_transport(address_of(device), options))
+        connection = await origin.enter_async_context(opened or open_transport(address_of(device), options))
         options.on_step(f"connected to {connection.name}")
         events = events or Events()
         policy = Policy(connection.generation, connection.robot, consent, (connection.name,))
