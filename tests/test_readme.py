@@ -63,6 +63,8 @@ def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, t
     (tmp_path / "btsnoop_hci.log").write_bytes(CAPTURES["btsnoop 1002"]())
     if "last" in line or line == "runs":
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
+    if "my-robot.json" in line:
+        cli("evidence", "--device", "fake:bolt-plus", "-o", "my-robot")
     robot = FakeRobot(parse_settings("bolt-plus"))
     with FakeBlueZ(
         [Peripheral("BP-1234", "AA:BB:CC:DD:EE:01", robot=robot, services=sphero_v2(gate=False))]

@@ -30,6 +30,7 @@ COMMANDS: Final[dict[str, str]] = {
     "report": "Print a recorded run in any format.",
     "runs": "List the recorded runs.",
     "serve": "Serve the built-in robot at a serial or TCP port, for other programs.",
+    "evidence": "Ask a robot what no public source says, and write it to be shared.",
     "doctor": "Check that this machine can reach a robot, and suggest fixes.",
     "completion": "Print the script that completes commands in a shell.",
 }
@@ -37,7 +38,7 @@ COMMANDS: Final[dict[str, str]] = {
 
 SECTIONS: Final[dict[str, tuple[str, ...]]] = {
     "Find a robot": ("scan", "info", "doctor"),
-    "Map it": ("sweep", "discover", "nodes", "plan"),
+    "Map it": ("sweep", "discover", "nodes", "plan", "evidence"),
     "Act on it": ("send", "led", "listen", "stream", "shell"),
     "Read and compare": ("decode", "capture", "explain", "catalog", "report", "runs"),
     "Tools": ("serve", "completion"),

@@ -30,8 +30,8 @@ from sphero_probe.session.session import Session
 
 def run_plan(
     plan: Plan, output: Output, connecting: ConnectOptions, asking: AskOptions, journal: RunJournal
-) -> None:
-    """Run a plan, report it and keep its journal.
+) -> Heading | None:
+    """Run a plan, report it and keep its journal; return the heading of the run.
 
     Args:
         plan: what to ask.
@@ -49,9 +49,10 @@ def run_plan(
     target = journal.check(plan, consent, asking.target)
     interrupts = Interrupts()
     complete, ending = False, RunEnding()
+    heading: Heading | None = None
 
     async def work() -> None:
-        nonlocal complete
+        nonlocal complete, heading
         async with connect(connecting, consent, timeout=asking.timeout) as session:
             _warn_of_other_robot(plan, session)
             journal.begin(session.connection, plan, consent, target)
@@ -67,6 +68,8 @@ def run_plan(
                         ending.add(row)
                         rows.add(row)
                         shown(row)
+                        if isinstance(record, Heading):
+                            heading = record
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
@@ -78,6 +81,7 @@ def run_plan(
         run_interruptible(interrupts, work())
         if not complete:
             raise IncompleteError(ending.message())
+    return heading
 
 
 def _warn_of_other_robot(plan: Plan, session: Session) -> None:

@@ -1,5 +1,8 @@
 """How many commands may be in flight, in all and to each node."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from sphero_probe.link.pacing import WIDEST, Pace
 from sphero_probe.link.requests import QueuedCommand
 
@@ -24,6 +27,16 @@ class Window:
         self._paces: dict[int | None, Pace] = {}
         self._taken = 0
         self._exclusive = False
+        self._fixed: int | None = None
+
+    @contextmanager
+    def fixed(self, size: int) -> Iterator[None]:
+        """Let exactly so many commands be in flight to each node while the block lasts, whatever its pace."""
+        self._fixed = size
+        try:
+            yield
+        finally:
+            self._fixed = None
 
     def pace(self, target: int | None) -> Pace:
         """Return the pace of the node at an address."""
@@ -35,7 +48,8 @@ class Window:
     def room(self, target: int | None) -> int:
         """Return how many more commands could be sent to a node right now."""
         pace = self.pace(target)
-        return 0 if self._exclusive else max(0, min(self.limit, pace.window) - pace.in_flight)
+        size = self._fixed or min(self.limit, pace.window)
+        return 0 if self._exclusive else max(0, size - pace.in_flight)
 
     def has_place(self, queued: QueuedCommand) -> bool:
         """Whether a command may be sent now; one to be sent alone waits until nothing is in flight."""

@@ -487,3 +487,21 @@ def test_messages_of_robots_are_decoded(name: str, payload: str, fields: dict[st
     decoded = known(known(row_by_name(V2, name)).response).decode(bytes.fromhex(payload))
     assert decoded.fields == fields
     assert decoded.problem == ""
+
+
+PERSONAL = re.compile(r"mac_|address|chassis_id|stats_id|serial|sku|^name$|^block$|application_data")
+NOT_PERSONAL = {"system_info.get_processor_name"}
+"""Every robot of a model has the same."""
+
+
+@pytest.mark.parametrize("generation", Generation)
+def test_what_tells_one_robot_from_another_is_marked(generation: Generation) -> None:
+    seen = set()
+    for row in (*all_rows(generation), *async_rows(generation)):
+        for layout in (row.request, row.response):
+            for variant in layout.variants if layout else ():
+                for field in variant.fields:
+                    personal = bool(PERSONAL.search(field.name)) and not field.values
+                    assert field.identifying == (personal and row.name not in NOT_PERSONAL), row.name
+                    seen |= {row.name} if field.identifying else set()
+    assert {Generation.V1: "core.get_bluetooth_info", V2: "system_info.get_mac_address"}[generation] in seen

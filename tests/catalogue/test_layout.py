@@ -350,6 +350,7 @@ def test_encode_refuses(text: str, values: dict[str, Any], message: str) -> None
         pytest.param("x:const", id="constant without value"),
         pytest.param("x:const=300", id="constant beyond a byte"),
         pytest.param("x:const=1*2", id="repeated constant"),
+        pytest.param("x:const=1!", id="identifying constant"),
         pytest.param("x:bytes/2", id="scaled bytes"),
         pytest.param("x:cstring*", id="repeated text"),
         pytest.param("x:uint*2", id="repeated uint"),
@@ -371,6 +372,26 @@ def test_fields_are_parsed() -> None:
         Field("yaw", "i16", scale=10, unit="deg"),
         Field("names", "u8", values="EfuseIds", count=3),
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "payload", "expected"),
+    [
+        pytest.param("mac:cstring!", b"A1B2\0", [("mac", b"A1B2")], id="text without its NUL"),
+        pytest.param("n:cstring*4! a:u8 id:u16!", b"x\0\0\0\7\1\2", [("n", b"x"), ("id", b"\1\2")], id="two"),
+        pytest.param("a:u8 id:uint!", b"\7\1\2\3", [("id", b"\1\2\3")], id="to the end"),
+        pytest.param("a:u8 id:u16?!", b"\7", [], id="absent"),
+        pytest.param("a:u8 | a:u8 id:u16!", b"\7\1\2", [("id", b"\1\2")], id="variant"),
+        pytest.param("a:u8 id:u16!", b"\7\1\2\3", [("id", b"\7\1\2\3")], id="no layout has this length"),
+        pytest.param("a:u8 id:u16", b"\7\1\2\3", [], id="none is marked"),
+        pytest.param("id:bytes!", b"", [], id="empty"),
+    ],
+)
+def test_identifying_fields_are_found_in_a_payload(
+    text: str, payload: bytes, expected: list[tuple[str, bytes]]
+) -> None:
+    found = Layout(text).identifying_spans(payload)
+    assert [(field.name, payload[start:end]) for field, start, end in found] == expected
 
 
 def test_layouts_of_one_text_are_equal() -> None:

@@ -32,6 +32,7 @@ _FIELD = (
     r"(?:\[(?P<unit>[^\]\s]+)\])?"
     r"(?P<repeat>\*(?P<count>[1-9][0-9]*)?)?"
     r"(?P<optional>\?)?"
+    r"(?P<identifying>!)?"
 )
 
 
@@ -48,6 +49,7 @@ class Field(NamedTuple):
         to_end: takes all bytes that are left.
         const: the one value that is ever sent, None for an ordinary field.
         optional: some robots or firmwares leave it out.
+        identifying: it tells one robot from others of its model, or says something about its owner.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Field(NamedTuple):
     to_end: bool = False
     const: int | None = None
     optional: bool = False
+    identifying: bool = False
 
     @property
     def width(self) -> int:
@@ -99,6 +102,7 @@ def parse_field(word: str) -> Field:
         and not (blob and (found["scale"] or found["values"] or (repeat and not count)))
         and not (kind == "uint" and repeat)
         and not (found["optional"] and (kind == "const" or to_end))
+        and not (found["identifying"] and kind == "const")
         and not (found["values"] and (found["values"] not in VALUE_NAMES or found["scale"] or kind == "f32"))
     )
     if not sensible:
@@ -113,6 +117,7 @@ def parse_field(word: str) -> Field:
         to_end=to_end,
         const=const,
         optional=bool(found["optional"]),
+        identifying=bool(found["identifying"]),
     )
 
 

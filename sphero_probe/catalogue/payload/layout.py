@@ -2,14 +2,15 @@
 
 Fields are separated by spaces. The grammar of a field::
 
-    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?]    percentage:u8[%]   frames:u16*   counts:i32*2
+    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?][!] percentage:u8[%]   frames:u16*   counts:i32*2
     name:const=NUMBER                                            end:const=0
 
 ``TYPE`` is one of ``u8 u16 u32 u64 i8 i16 i32 f32 bool bytes cstring uint``. Numbers of several bytes are
 big-endian [vendor]. ``bytes`` and ``cstring`` run to the end unless a count gives their width; a ``cstring``
 also ends at its first NUL. ``uint`` is one unsigned number over all remaining bytes, eight at most. ``*``
 without a count repeats to the end. ``?`` marks an optional field. A field that runs to the end or is optional
-must be the last one. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``.
+must be the last one. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``. ``!`` marks a
+field that identifies one robot or its owner: ``mac_address:cstring!``. It is replaced in what is shared.
 
 Where robots or firmware versions use several lengths of the same payload, the layout has one variant per
 length, separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by the first variant that matches
@@ -21,7 +22,7 @@ from typing import NamedTuple
 
 from sphero_probe.catalogue.payload.fields import UINT_WIDTHS, Field, parse_field, put, take
 
-__all__ = ["Decoded", "Field", "Layout"]
+__all__ = ["Decoded", "Field", "Layout", "Span"]
 
 
 class Decoded(NamedTuple):
@@ -38,6 +39,14 @@ class Decoded(NamedTuple):
     units: dict[str, str]
     rest: bytes
     problem: str
+
+
+class Span(NamedTuple):
+    """Where a field is in a payload: ``payload[start:end]``, without the NULs that end a text."""
+
+    field: Field
+    start: int
+    end: int
 
 
 class Layout:
@@ -158,6 +167,28 @@ class Layout:
         if at < len(payload):  # after the NUL of a text
             problems.append(f"{_count_bytes(len(payload) - at)} more than the layout has")
         return Decoded(values, units, payload[at:], "; ".join(problems))
+
+    def identifying_spans(self, payload: bytes) -> tuple[Span, ...]:
+        """Return where the fields are that identify a robot or its owner, in the order of the wire.
+
+        If the length matches no variant, and some variant has such a field, it is the whole payload.
+        """
+        marked = [field for variant in self.variants for field in variant.fields if field.identifying]
+        if not marked or not payload:
+            return ()
+        variant = next((one for one in self.variants if one.accepts(len(payload))), None)
+        if variant is None:
+            return (Span(marked[0], 0, len(payload)),)
+        spans: list[Span] = []
+        at = 0
+        for field in variant.fields:
+            start, at = at, len(payload) if field.to_end else min(at + field.size, len(payload))
+            end = at
+            if field.type == "cstring":
+                end = start + len(payload[start:at].rstrip(b"\0"))
+            if field.identifying and start < end:
+                spans.append(Span(field, start, end))
+        return tuple(spans)
 
     def _misfit(self, payload: bytes) -> Decoded:
         """Return a payload whose length matches no variant, with the problem."""

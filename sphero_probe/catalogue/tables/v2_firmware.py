@@ -51,7 +51,7 @@ ROWS = (
     command(0x1F, 0x13, "factory_test.get_factory_mode_challenge", Risk.READ, "", "challenge:u32", "rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x14, "factory_test.enter_factory_mode", Risk.BRICK, "challenge:u32", "", "rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x15, "factory_test.exit_factory_mode", Risk.BRICK, "", "", "mini rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
-    command(0x1F, 0x27, "factory_test.get_chassis_id", Risk.READ, "", "chassis_id:uint", "mini rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
+    command(0x1F, 0x27, "factory_test.get_chassis_id", Risk.READ, "", "chassis_id:uint!", "mini rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x31, "factory_test.enable_extended_life_test", Risk.BRICK, "enable:bool", "", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1F, 0x34, "factory_test.get_factory_mode_status", Risk.READ, "", "enabled:bool", "rvr rvr-plus", "spherov2 sdk"),
     command(0xFE, 0x00, "proto.set_mac_table", Risk.BRICK, None, None, "", "pysphero"),

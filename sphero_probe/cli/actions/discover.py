@@ -1,12 +1,15 @@
 """``discover``: map everything that a robot can do, in stages."""
 
+from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.naming import id_range
 from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.evidence_hint import suggest_evidence
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.run import run_plan
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
 from sphero_probe.link.policy import Consent
+from sphero_probe.probing.open_questions import is_known_firmware
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.discovery import discovery
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
@@ -50,7 +53,10 @@ def discover(
         if kept.opening and not (did or lengths or values):
             options = dict(kept.opening.options)
         kept.options = options
-        run_plan(_plan(connecting.device, target, options), output, connecting, asking, kept)
+        heading = run_plan(_plan(connecting.device, target, options), output, connecting, asking, kept)
+    robot = ROBOTS.get(heading.robot) if heading else None
+    if heading and not is_known_firmware(robot, heading.firmware):
+        suggest_evidence(connecting.device, robot)
 
 
 def _plan(device: str, target: int | None, options: dict[str, str]) -> Plan:

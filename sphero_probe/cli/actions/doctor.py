@@ -4,12 +4,14 @@ from collections import Counter
 
 import click
 
+from sphero_probe.cli.evidence_hint import suggest_evidence
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import ConnectOptions, Output
 from sphero_probe.diagnostics.checkup import Checkup
 from sphero_probe.reports.checks import CHECKS, State, check_row
+from sphero_probe.session.addressing import address_of, model_behind
 from sphero_probe.transports.base import OpenOptions
 
 
@@ -46,6 +48,8 @@ def examine(output: Output, connecting: ConnectOptions, timeout: float) -> None:
     say(_summary(counts, measured=bool(connecting.device)))
     if counts[State.FAIL]:
         raise click.exceptions.Exit(1)
+    if connecting.device:
+        suggest_evidence(connecting.device, model_behind(address_of(connecting.device)))
 
 
 def _summary(counts: Counter[State], *, measured: bool) -> str:
