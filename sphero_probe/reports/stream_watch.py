@@ -18,6 +18,7 @@ _KEPT: Final = 500
 """Values of a sensor that are kept for its sparkline and its range."""
 _REFRESH: Final = 8
 """Pictures per second at most."""
+_HINT: Final = "; Ctrl-C ends"
 _NUMBER: Final = 10
 """Columns of a number."""
 
@@ -30,6 +31,7 @@ class StreamWatch:
         self._history: dict[str, deque[float]] = {column.name: deque(maxlen=_KEPT) for column in columns}
         self._seconds = 0.0
         self._count = 0
+        self._hint = _HINT
         self._unicode = unicode
         self._console = Console(
             file=out,
@@ -56,6 +58,7 @@ class StreamWatch:
 
     def __exit__(self, *_: object) -> None:
         """Leave the last table on the screen, and show the cursor."""
+        self._hint = ""
         self._live.stop()
 
     def add(self, row: Row) -> None:
@@ -74,16 +77,18 @@ class StreamWatch:
 
     def _page(self) -> Text:
         width, height = self._console.size
-        return page(
-            self._columns, self._history, self._count, self._seconds, width, height, unicode=self._unicode
-        )
+        progress = f"{self._count} samples{_rate(self._count, self._seconds)}{self._hint}"
+        return page(self._columns, self._history, progress, width, height, unicode=self._unicode)
+
+
+def _rate(count: int, seconds: float) -> str:
+    return f", {count / seconds:.1f} per second" if seconds > 0 else ""
 
 
 def page(
     columns: Sequence[StreamColumn],
     history: dict[str, deque[float]],
-    count: int,
-    seconds: float,
+    progress: str,
     width: int,
     height: int,
     *,
@@ -94,8 +99,7 @@ def page(
     Args:
         columns: the sensors.
         history: name -> its last values, the newest last.
-        count: samples so far.
-        seconds: since the first of them.
+        progress: the last line.
         width: columns of the terminal.
         height: its lines.
         unicode: False keeps everything within ASCII.
@@ -115,7 +119,6 @@ def page(
         graph = sparkline(values, room, unicode=unicode) if room >= _NUMBER else ""
         lines.append(Text(f"{text}  {graph}".rstrip()[:width]))
     left = len(columns) - len(shown)
-    rate = f", {count / seconds:.1f} per second" if seconds > 0 else ""
-    more = f", {left} sensors not shown" if left else ""
-    lines.append(Text(f"{count} samples{rate}{more}; Ctrl-C ends"[:width], "dim"))
+    more = f"{left} sensors not shown; " if left else ""
+    lines.append(Text(f"{more}{progress}"[:width], "dim"))
     return Text("\n", no_wrap=True, overflow="crop").join(lines)

@@ -16,7 +16,7 @@ COLUMNS = [StreamColumn("pitch", "deg"), StreamColumn("speed", "")]
 
 def shown(width: int, height: int, *, unicode: bool = True) -> str:
     history = {"pitch": deque([1.0, 2.0, -3.5]), "speed": deque[float]()}
-    return page(COLUMNS, history, 3, 0.2, width, height, unicode=unicode).plain
+    return page(COLUMNS, history, "3 samples; Ctrl-C ends", width, height, unicode=unicode).plain
 
 
 def test_a_page() -> None:
@@ -24,7 +24,7 @@ def test_a_page() -> None:
         "Sensor           Value      Least       Most",
         "pitch [deg]       -3.5       -3.5          2  ▇█▁",
         "speed",
-        "3 samples, 15.0 per second; Ctrl-C ends",
+        "3 samples; Ctrl-C ends",
     ]
 
 
