@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.payload.layout import Decoded
-from sphero_probe.protocol.address import WILDCARD, Address
+from sphero_probe.protocol.address import WILDCARD, node_of
 from sphero_probe.protocol.packets import Command
 
 CONFIGURE: Final = (0x18, 0x39)
@@ -198,7 +198,7 @@ def configured_after(configured: Configurations, command: Command) -> Configurat
         configured: the configuration before; ``{}`` for a robot that was just switched on.
         command: the command; its target is the node; None and the wildcard stand for any.
     """
-    pair, node = (command.did, command.cid), _node(command.target)
+    pair, node = (command.did, command.cid), node_of(command.target)
     if pair == CONFIGURE:
         asked = configuration(command.payload)
         return {**configured, (node, asked.token): asked.slots}
@@ -223,7 +223,7 @@ def delivered_fields(configured: Configurations, payload: bytes, source: int | N
     if not payload:
         return None
     status, token = divmod(payload[0], _STATUS)
-    slots = _slots(configured, _node(source), token)
+    slots = _slots(configured, node_of(source), token)
     if not slots or len(payload) - 1 != sum(slot.bits // 8 * len(slot.service.channels) for slot in slots):
         return None
     fields: dict[str, object] = {"token": token}
@@ -251,11 +251,6 @@ def raw_of(channel: Channel, value: float, bits: int) -> int:
     """Return the number that stands for a value, the opposite of ``value_of``; nearest if out of range."""
     share = (value - channel.minimum) / (channel.maximum - channel.minimum)
     return round(min(max(share, 0.0), 1.0) * ((1 << bits) - 1))
-
-
-def _node(address: int | None) -> int:
-    """Return the node of an address byte, the wildcard where there is none."""
-    return WILDCARD if address is None else Address.from_byte(address & 0xFF).node
 
 
 def _slots(configured: Configurations, node: int, token: int) -> tuple[Slot, ...]:

@@ -1,7 +1,8 @@
 """Decodes sensor streams: remembers which sensors a robot was told to send, and names the numbers in them.
 
 The payload of a streaming notification does not say which sensors its numbers come from; the last command
-that set the masks does, or the one that configured a streaming service of RVR.
+that set the masks does, or the one that configured a streaming service of RVR. Both are kept per node: each
+node of a robot streams what it was told [sdk: RVR's node 1 and node 2 have different services].
 """
 
 from sphero_probe.catalogue.model import Robot
@@ -14,6 +15,7 @@ from sphero_probe.catalogue.streaming_services import (
     delivered_fields,
 )
 from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.address import WILDCARD, node_of
 from sphero_probe.protocol.packets import (
     Command,
     Generation,
@@ -41,14 +43,15 @@ class StreamDecoder:
         """
         self._codec = CODECS[generation]
         self._robot = robot
-        self._masks = Masks()
+        self._masks = {WILDCARD: Masks()}
         self._configured: Configurations = {}
         self._asked: dict[int, Command] = {}
 
     def executed(self, command: Command) -> None:
         """Note that the robot executed a command; one that sets no masks or services changes nothing."""
-        generation = self._codec.generation
-        self._masks = masks_after(generation, self._masks, command)
+        generation, node = self._codec.generation, node_of(command.target)
+        told = {node: self._masks.get(node, self._masks[WILDCARD])} if node else self._masks
+        self._masks |= {told_node: masks_after(generation, masks, command) for told_node, masks in told.items()}
         if generation is Generation.V2:
             self._configured = configured_after(self._configured, command)
 
@@ -80,7 +83,16 @@ class StreamDecoder:
         pair = (notification.did, notification.cid)
         if pair == DELIVER and generation is Generation.V2:
             return delivered_fields(self._configured, notification.payload, notification.source)
-        if pair != STREAM_IDS[generation] or not any(self._masks):
+        masks = self._masks_of(notification.source)
+        if pair != STREAM_IDS[generation] or not any(masks):
             return None
-        decoded = streaming_fields(generation, self._masks, notification.payload, self._robot)
+        decoded = streaming_fields(generation, masks, notification.payload, self._robot)
         return decoded if decoded.fields else None
+
+    def _masks_of(self, source: int | None) -> Masks:
+        """Return the masks of the node that streams; none where it may be one of several."""
+        node = node_of(source)
+        if node:
+            return self._masks.get(node, self._masks[WILDCARD])
+        streaming = {masks for masks in self._masks.values() if any(masks)}
+        return streaming.pop() if len(streaming) == 1 else Masks()

@@ -17,6 +17,11 @@ _NODE_BITS: Final = 4
 _NODE_MASK: Final = (1 << _NODE_BITS) - 1
 
 
+def node_of(byte: int | None) -> int:
+    """Return the node number in an address byte, the wildcard where there is no address."""
+    return WILDCARD if byte is None else byte & _NODE_MASK
+
+
 class Address(NamedTuple):
     """One node as a packet names it.
 

@@ -39,6 +39,34 @@ def test_a_stream_is_named_by_the_masks_that_were_executed() -> None:
     assert fields(decoder, STREAM) is None
 
 
+def test_each_node_streams_by_its_own_masks() -> None:
+    """As the services of RVR do in the maker's SDK, whose node 1 and node 2 have different ones."""
+    decoder = StreamDecoder(V2)
+    speed = ATTITUDE._replace(payload=bytes.fromhex("00960000000004"), target=0x11)
+    one_number = STREAM._replace(payload=struct.pack(">f", 0.5), source=0x01)
+    decoder.executed(ATTITUDE)
+    assert fields(decoder, one_number) is None
+    assert fields(decoder, STREAM._replace(source=None)) == PITCH_ROLL_YAW
+    decoder.executed(speed)
+    assert fields(decoder, STREAM) == PITCH_ROLL_YAW
+    assert fields(decoder, one_number) == {"speed": 0.5}
+    assert fields(decoder, STREAM._replace(source=None)) is None
+    decoder.executed(NOTHING)
+    assert fields(decoder, STREAM) is None
+    assert fields(decoder, one_number) == {"speed": 0.5}
+    decoder.executed(NOTHING._replace(target=None))
+    assert fields(decoder, one_number) is None
+
+
+def test_a_command_without_a_target_tells_every_node() -> None:
+    decoder = StreamDecoder(V2)
+    decoder.executed(ATTITUDE._replace(target=None))
+    assert fields(decoder, STREAM) == PITCH_ROLL_YAW
+    decoder.executed(NOTHING)
+    assert fields(decoder, STREAM) is None
+    assert fields(decoder, STREAM._replace(source=0x01)) == PITCH_ROLL_YAW
+
+
 def test_a_stream_of_the_first_generation() -> None:
     decoder = StreamDecoder(V1)
     decoder.executed(V1_ACCELEROMETER)
