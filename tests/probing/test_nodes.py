@@ -1,7 +1,9 @@
 """What ``nodes`` finds is the truth of the simulator, and a route is as the vendor's description has it."""
 
 import asyncio
+import json
 from collections import Counter
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -9,6 +11,8 @@ import pytest
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.model import AnswerStyle
 from sphero_probe.catalogue.routing import Route, documented_hops
+from sphero_probe.link.events import UnsolicitedReceived
+from sphero_probe.link.exchange import Silent
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
@@ -159,6 +163,40 @@ def test_discover_lists_what_an_unavailable_node_was_not_asked() -> None:
     assert found[0x12].outcome is Outcome.INCONCLUSIVE
     assert found[0x12].answered_by == 0x01
     assert found[0x13].outcome is Outcome.ABSENT
+
+
+def test_a_sweep_of_node_2_wakes_node_1_first(tmp_path: Path) -> None:
+    """A sleeping robot takes only 0x13:0x0D, which the RVR's node 1 has [spherov2: RVR, processor 1].
+
+    It sleeps after five idle minutes, so it is asleep as one when the sweep of node 2 begins.
+    """
+    ledger = tmp_path / "ledger"
+    heard: list[tuple[int | None, int]] = []
+
+    async def work() -> list[Record]:
+        async with open_session(f"fake:rvr?sleep_after=300s&ledger={ledger}", Consent()) as session:
+            session.link.events.subscribe(
+                lambda event: heard.append(event.unsolicited[:2]), UnsolicitedReceived
+            )
+            await asyncio.sleep(400)
+            assert heard[-1] == (0x13, 0x1A), "it did not say that it fell asleep"
+            assert isinstance(await session.link.ask(Command(0x10, 0x00, b"", 0x12)), Silent)
+            probes = [Probe(Command(0x16, cid, b"", 0x12)) for cid in range(256)]
+            plan = Plan("drive", "", [probes])
+            engine = Engine(plan, session.link, "RV", 0x12, reconnect=session.reconnect)
+            return [record async for record in engine.records()]
+
+    records = run(work())
+    executed = [json.loads(line) for line in ledger.read_text().splitlines()]
+    assert [(one["node"], one["did"], one["cid"]) for one in executed[:1]] == [(1, 0x13, 0x0D)]
+    truth = {fact.cid for fact in FakeRobot(parse_settings("rvr")).truth() if fact[:2] == (2, 0x16)}
+    findings = [record for record in records if isinstance(record, Finding)]
+    asked = {finding.command.cid: finding for finding in findings if finding.outcome is not Outcome.SKIPPED}
+    assert len(findings) == 256
+    exist = {cid for cid, finding in asked.items() if finding.outcome is Outcome.EXISTS}
+    assert exist == truth & asked.keys() != set()
+    assert {finding.outcome for cid, finding in asked.items() if cid not in exist} == {Outcome.ABSENT}
+    assert next(record for record in records if isinstance(record, Summary)).complete
 
 
 def test_the_example_of_the_vendors_description() -> None:
