@@ -139,16 +139,14 @@ def _clock(data: Data) -> str:
 
 
 _WHERE: Final = ("time", "direction", "connection")
-CAPTURED: Final = View(
-    "packet",
-    (
+CAPTURED: Final = PACKETS._replace(
+    columns=(
         Column("", "Time", _clock, Place.TABLE, whole=True),
         Column("", "Robot", lambda data: shown(data.get("connection")), Place.TABLE),
         Column("", "Way", lambda data: shown(data.get("direction")).partition(" ")[0], Place.TABLE),
         *PACKETS.columns,
         *(_column(key, Place.RECORD) for key in _WHERE),
-    ),
-    PACKETS.empty,
+    )
 )
 """Packets of captures: their columns, and behind them time, direction and connection."""
 

@@ -4,7 +4,7 @@ Cells are raw text: each format makes them visible in its own way. The record co
 have the names and the order of the row's keys. Scripts depend on that, so a new column goes to the end.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import Final, NamedTuple
 
@@ -50,12 +50,14 @@ class View(NamedTuple):
         columns: in order.
         empty: what a table says without a row.
         upright: a table shows each row as lines of title and value.
+        legend: a row's data -> what a table explains below, each line once.
     """
 
     type: str
     columns: tuple[Column, ...]
     empty: str
     upright: bool = False
+    legend: Callable[[Data], Iterable[str]] = lambda _: ()
 
     @property
     def table_columns(self) -> tuple[Column, ...]:
@@ -185,9 +187,12 @@ PACKETS: Final = View(
         table_only("Says", phrases.packet),
     ),
     "No packets.",
+    legend=address_phrases.legend,
 )
 
-HEARD: Final = View("packet", (both("time", whole=True), *PACKETS.columns), "Nothing was heard.")
+HEARD: Final = PACKETS._replace(
+    columns=(both("time", whole=True), *PACKETS.columns), empty="Nothing was heard."
+)
 """Packets with the time they arrived, as ``listen`` shows them."""
 
 _COMMAND_RECORD: Final = (

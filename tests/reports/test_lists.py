@@ -5,11 +5,12 @@ import re
 import pytest
 from rich.cells import cell_len
 
-from sphero_probe.catalogue import all_rows, lookup, rows_of
+from sphero_probe.catalogue import ROBOTS, all_rows, lookup, rows_of
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.probing.dry_run import PlannedProbe
 from sphero_probe.protocol.packets import Command, Malformed, Request, Response
 from sphero_probe.reports import views
+from sphero_probe.reports.address_phrases import other_nodes
 from sphero_probe.reports.rows import (
     command_row,
     finding_row,
@@ -69,6 +70,40 @@ def test_packets() -> None:
         "response   0x13:0x10    7  from 0x12     power.get_battery_percentage  success: percentage 95 %",
         "response   0x13:0x99    8                                              0x42 unlisted: 5f",
         "malformed                                                              no end: 8d 01",
+        "",
+        "0x01, source of a command: port 0, node 1: the client itself",
+        "0x12, source of an answer: port 1, node 2: node 2 behind port 1, already translated for the client",
+        "  (inferred)",
+        "0x12, target of a command: port 1, node 2: node 2 of the robot, behind the client's Bluetooth",
+    ]
+
+
+def test_the_addresses_of_packets_are_told_in_words_once_each_and_fit() -> None:
+    answer = packet_row(Response(7, 0, b"", 0x1A, 0x1C, 0x01, 0x21), V2, b"\x8d\xd8")
+    shown = rendered("table", [answer] * 3, views.PACKETS).splitlines()
+    assert shown[-2:] == [
+        "0x01, source of an answer: port 0, node 1: node 1 of the robot, which answers",
+        "0x21, target of an answer: port 2, node 1: the client behind the robot's UART",
+    ]
+    many = [packet_row(Request(Command(0x13, 0x10, b"", byte), 7), V2, b"") for byte in range(256)]
+    shown = rendered("table", many, views.PACKETS).splitlines()
+    assert max(map(len, shown)) <= 80
+    assert shown[-1] == "and 240 more"
+    assert "0x00, target of a command" in "".join(shown)
+
+
+def test_a_sweep_tells_who_answered_for_another_node_in_words() -> None:
+    exists = {"target": 0x12, "outcome": "exists"}
+    findings: list[dict[str, object]] = [
+        exists | {"answered_by": 0x02},
+        exists | {"answered_by": 0x01},
+        exists | {"answered_by": 0x01, "outcome": "inconclusive"},
+        exists | {"answered_by": 0x05, "outcome": "absent"},
+        exists | {"answered_by": 0x05, "target": None},
+        exists | {"answered_by": None},
+    ]
+    assert other_nodes(findings, ROBOTS["rvr"]) == [
+        "Answered for another node: 0x01: port 0, node 1: node 1 (primary) of the robot, which answers"
     ]
 
 

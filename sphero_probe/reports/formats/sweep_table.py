@@ -6,6 +6,7 @@ from sphero_probe.catalogue.model import Robot
 from sphero_probe.probing.finding import Outcome
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
+from sphero_probe.reports.address_phrases import other_nodes
 from sphero_probe.reports.differences import differences
 from sphero_probe.reports.finding_line import Data, FindingLine, line_of, robot_of
 from sphero_probe.reports.phrases import remarked, shown
@@ -92,7 +93,8 @@ class SweepTable:
             self._writer.say(text, limit=_LINE)
         told = ("calibration", "evidence", EXECUTED, "comparison")
         troubles = [note for note in notes if note.get("kind") not in told]
-        for text in (*words.doubts(lines), *words.remarks(troubles, self._times)):
+        others = other_nodes(words.latest(self._held["finding"]), robot)
+        for text in (*words.doubts(lines), *words.remarks(troubles, self._times), *others):
             self._writer.say(text, limit=_LINE)
         self._differences([note for note in notes if note.get("kind") == "comparison"])
 

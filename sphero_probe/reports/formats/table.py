@@ -1,11 +1,14 @@
 """The format ``table``: a page for people, written when all rows have arrived."""
 
-from typing import TextIO
+from typing import Final, TextIO
 
 from sphero_probe.reports.registry import Report, Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.terminal import Shape, TerminalWriter
 from sphero_probe.reports.views import FINDINGS, View
+
+_LEGEND: Final = 16
+"""Lines of a legend that are shown."""
 
 
 class ListTable:
@@ -15,11 +18,13 @@ class ListTable:
         self._writer = TerminalWriter(out, style)
         self._view = view
         self._rows: list[tuple[str, ...]] = []
+        self._legend: dict[str, None] = {}
 
     def add(self, row: Row) -> None:
         """Keep a row of the view's type."""
         if row.type == self._view.type:
             self._rows.append(tuple(column.render(row.data) for column in self._view.table_columns))
+            self._legend.update(dict.fromkeys(self._view.legend(row.data)))
 
     def close(self) -> None:
         """Write the page."""
@@ -37,6 +42,13 @@ class ListTable:
         shapes = [Shape(columns[at].title, columns[at].right, columns[at].whole) for at in kept]
         rows = [tuple(row[at] for at in kept) for row in self._rows]
         self._writer.grid(shapes, rows, self._writer.widths(shapes, rows))
+        if self._legend:
+            self._writer.skip()
+        lines = sorted(self._legend)
+        for line in lines[:_LEGEND]:
+            self._writer.say(line)
+        if len(lines) > _LEGEND:
+            self._writer.say(f"and {len(lines) - _LEGEND} more")
 
     def _upright(self) -> None:
         titles = [column.title for column in self._view.table_columns]
