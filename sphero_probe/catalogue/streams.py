@@ -51,7 +51,9 @@ class StreamDecoder:
         """Note that the robot executed a command; one that sets no masks or services changes nothing."""
         generation, node = self._codec.generation, node_of(command.target)
         told = {node: self._masks.get(node, self._masks[WILDCARD])} if node else self._masks
-        self._masks |= {told_node: masks_after(generation, masks, command) for told_node, masks in told.items()}
+        self._masks |= {
+            told_node: masks_after(generation, masks, command) for told_node, masks in told.items()
+        }
         if generation is Generation.V2:
             self._configured = configured_after(self._configured, command)
 

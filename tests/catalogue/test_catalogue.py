@@ -262,6 +262,24 @@ def test_nodes(robot: str, place: str, nodes: tuple[int, ...]) -> None:
     assert known(lookup(V2, *at(place), ROBOTS[robot])).nodes[robot] == nodes
 
 
+@pytest.mark.parametrize(
+    ("task", "place", "node"),
+    [
+        pytest.param("the power system", "13/10", 1),
+        pytest.param("indications", "1a/1a", 1),
+        pytest.param("the color sensor", "18/23", 1),
+        pytest.param("the ambient light sensor", "18/30", 1),
+        pytest.param("the control system", "16/07", 2),
+        pytest.param("IR communication", "18/27", 2),
+        pytest.param("the IMU", "18/0f", 2),
+    ],
+)
+def test_the_nodes_of_an_rvr_do_what_the_maker_says(task: str, place: str, node: int) -> None:
+    """The tasks of the two nodes in "The Key Elements" of the maker's description; no command is for USB."""
+    row = known(lookup(V2, *at(place), ROBOTS["rvr"]))
+    assert row.nodes["rvr"] == (node,), task
+
+
 def test_bolt_has_no_battery_percentage() -> None:
     assert "bolt" not in known(row_by_name(V2, "power.get_battery_percentage")).nodes
 

@@ -171,6 +171,28 @@ def test_a_packet_byte_by_byte(cli: Cli) -> None:
     assert [row["packet"] for row in bad] == [1] * 10 + [2] * 16
 
 
+STEP_4 = """
+ 0 8d SOP   start of packet
+ 1 39 FLAGS is_response, is_activity, has_target_id, has_source_id
+ 2 11 TID   port 1, node 1: the client behind the robot's Bluetooth
+ 3 01 SID   port 0, node 1: node 1 (primary) of the robot, which answers
+ 4 1a DID   user_io
+ 5 1c CID   user_io.set_all_leds_with_8_bit_mask
+ 6 00 SEQ   of the command
+ 7 00 ERR   success
+ 8 7e CHK   sum 0x81; 0xff - 0x81 = 0x7e
+ 9 d8 EOP   end of packet
+"""
+"""Step 4 of the worked example of the BOLT+ reference, byte by byte; the words are this tool's."""
+
+
+def test_the_answer_of_the_worked_example_byte_by_byte(cli: Cli) -> None:
+    ran = cli("decode", "--explain", "8d3911011a1c00007ed8", "--robot", "bolt-plus", "--format", "jsonl")
+    keys = ("offset", "raw", "field", "meaning")
+    told = [tuple(str(row[key]) for key in keys) for row in objects(ran.out)]
+    assert told == [tuple(line.split(maxsplit=3)) for line in STEP_4.strip().splitlines()]
+
+
 def answers_come_from(monkeypatch: pytest.MonkeyPatch, node: int) -> None:
     """Have every answer name another node as its source."""
     read = FakeTransport.read

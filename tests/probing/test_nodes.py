@@ -12,7 +12,7 @@ from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.model import AnswerStyle
 from sphero_probe.catalogue.routing import Route, documented_hops
 from sphero_probe.link.events import UnsolicitedReceived
-from sphero_probe.link.exchange import Silent
+from sphero_probe.link.exchange import Silent, Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
@@ -171,15 +171,13 @@ def test_a_sweep_of_node_2_wakes_node_1_first(tmp_path: Path) -> None:
     It sleeps after five idle minutes, so it is asleep as one when the sweep of node 2 begins.
     """
     ledger = tmp_path / "ledger"
-    heard: list[tuple[int | None, int]] = []
+    heard: list[Unsolicited] = []
 
     async def work() -> list[Record]:
         async with open_session(f"fake:rvr?sleep_after=300s&ledger={ledger}", Consent()) as session:
-            session.link.events.subscribe(
-                lambda event: heard.append(event.unsolicited[:2]), UnsolicitedReceived
-            )
+            session.link.events.subscribe(lambda event: heard.append(event.unsolicited), UnsolicitedReceived)
             await asyncio.sleep(400)
-            assert heard[-1] == (0x13, 0x1A), "it did not say that it fell asleep"
+            assert heard[-1][:2] == (0x13, 0x1A), "it did not say that it fell asleep"
             assert isinstance(await session.link.ask(Command(0x10, 0x00, b"", 0x12)), Silent)
             probes = [Probe(Command(0x16, cid, b"", 0x12)) for cid in range(256)]
             plan = Plan("drive", "", [probes])

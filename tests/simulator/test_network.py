@@ -13,7 +13,7 @@ from sphero_probe.catalogue import ROBOTS
 from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.protocol.packets import Command, Response
 from sphero_probe.protocol.v2 import V2, V2Codec
-from sphero_probe.simulator import FakeRobot, Settings, parse_settings, parse_topology
+from sphero_probe.simulator import Executed, FakeRobot, Settings, parse_settings, parse_topology
 from sphero_probe.simulator.firmware import SHARED_DEVICES
 from tests.support.fake_robot import Said, ask, code_of, fake, said_by, tell
 from tests.support.narrowing import every
@@ -234,3 +234,12 @@ def test_a_topology_file_in_an_address(tmp_path: Path) -> None:
     path = tmp_path / "net.json"
     path.write_text(json.dumps(FILE), encoding="utf-8")
     assert parse_settings(f"rvr?topology={path}") == Settings(ROBOTS["rvr"], topology=str(path))
+
+
+@pytest.mark.parametrize("node", [1, 2])
+def test_a_long_command_is_forwarded_whole(node: int) -> None:
+    """The maker lets nodes in between limit forwarded data, and names no limit: none is made up here."""
+    ran: list[Executed] = []
+    payload = bytes(range(256)) * 2
+    ask(fake("rvr?strict=none", ran.append), *ECHO, payload, node=node)
+    assert [(one.node, one.payload) for one in ran] == [(node, payload)]
