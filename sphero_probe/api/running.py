@@ -171,6 +171,7 @@ class RunningPlan:
                     *(asked.plan, session.link, session.connection.name, asked.target, self._stop),
                     recorder=keeper,
                     reconnect=session.reconnect,
+                    line=session.connection.line,
                     on_step=session.on_step,
                 )
                 try:

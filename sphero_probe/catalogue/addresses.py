@@ -4,6 +4,7 @@ from enum import StrEnum
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.robots import ROBOTS
 from sphero_probe.protocol.address import PRIMARY, Address
 
 BLE_PORT: Final = 1
@@ -71,6 +72,16 @@ def address_meaning(byte: int, use: Use, robot: Robot | None = None) -> AddressM
         case Use.ANSWER_SOURCE:
             meaning, basis = _answer_source(address, robot)
     return AddressMeaning(use, address, meaning, basis)
+
+
+def client_means(byte: int, robot_key: str = "") -> str:
+    """Return in words the address under which a robot sees its client.
+
+    Args:
+        byte: the target of its answers.
+        robot_key: the model's key, empty where it is not known.
+    """
+    return address_meaning(byte, Use.ANSWER_TARGET, ROBOTS.get(robot_key)).words
 
 
 def address_meanings(byte: int, robot: Robot | None = None) -> list[AddressMeaning]:

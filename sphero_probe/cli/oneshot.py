@@ -101,7 +101,7 @@ async def _ask_each(
     commands = make(connection.robot, connection.port)
     plan = _plan(name, commands)
     journal.begin(connection, plan, link.policy.consent, None)
-    journal.record(heading_of(plan, link, connection.name))
+    journal.record(heading_of(plan, link, connection.name, connection.line))
     began, frames = monotonic(), link.frames_sent
     try:
         for number, command in enumerate(commands, 1):

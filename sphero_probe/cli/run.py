@@ -115,6 +115,7 @@ def start_run(
         recorder=journal or NullRecorder(),
         earlier=journal.earlier if journal else PreviousResults(),
         reconnect=session.reconnect,
+        line=connection.line,
         on_step=session.on_step,
     )
 

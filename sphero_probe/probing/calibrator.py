@@ -6,7 +6,7 @@ from typing import NamedTuple
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, is_wrong_length
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Note
-from sphero_probe.probing.notes import calibration_note, evidence_note
+from sphero_probe.probing.notes import calibration_note, evidence_note, node_name
 from sphero_probe.probing.plan import Probe
 from sphero_probe.probing.prober import FilledProbe, Prober
 
@@ -85,6 +85,15 @@ class Calibrator:
                 self._executions.take(command)
         await self._executions.report()
         return mute & wanted.nodes.keys()
+
+    @property
+    def strictness(self) -> dict[str, str]:
+        """Node name -> how strictly it checks lengths, for the nodes that were measured."""
+        robot = self._prober.link.policy.robot
+        return {
+            node_name(target, robot): profile.strictness.value
+            for target, profile in self._prober.profiles.items()
+        }
 
     def notes(self, wanted: Wanted) -> list[Note]:
         """Return the notes on nodes and devices that were just measured."""

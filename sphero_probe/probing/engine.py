@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.events import ExchangeEnded
 from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
@@ -14,9 +15,9 @@ from sphero_probe.probing.calibrator import Calibrator, Wanted
 from sphero_probe.probing.comparison import compare
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
-from sphero_probe.probing.introduction import introduce
+from sphero_probe.probing.introduction import SeenClient, introduce
+from sphero_probe.probing.nodes import survey_notes
 from sphero_probe.probing.notes import (
-    node_name,
     note_of,
     slow_note,
     tolerance_notes,
@@ -55,6 +56,7 @@ class Engine:
         recorder: records every intent and record as it happens.
         earlier: what an interrupted run already settled.
         reconnect: connects to the same robot again; None never reconnects.
+        line: how the robot is reached, for the heading: ``BLE`` or ``UART``.
         on_step: called with the name of each step of the introduction as it begins.
         findings: so far, in the order they were settled.
         total: probes known so far, for progress.
@@ -68,6 +70,7 @@ class Engine:
     recorder: Recorder = field(default_factory=NullRecorder)
     earlier: PreviousResults = field(default_factory=PreviousResults)
     reconnect: Reconnect | None = None
+    line: str = ""
     on_step: Callable[[str], None] = lambda _: None
     findings: list[Finding] = field(default_factory=list)
     total: int = 0
@@ -152,7 +155,6 @@ class Engine:
 
     async def _introduction(self, probes: Sequence[Probe]) -> list[Record]:
         """Wake and identify the robot, and calibrate for the first stage; return the heading and notes."""
-        robot = self.link.policy.robot
         for target in self.earlier.lenient:
             self.link.policy.length_checks.distrust(target)
         wanted = self._calibrator.find_wanted(probes, 1, self.earlier.findings)
@@ -168,16 +170,20 @@ class Engine:
                 if target not in self._pipeline.dead:
                     await self._pipeline.health.passes(target)
 
-        await self._line.with_reconnect(begin)
+        client = SeenClient()
+        with self.link.events.subscribe(client.hear, ExchangeEnded):
+            await self._line.with_reconnect(begin)
         if self._over:
             return []
-        strictness = {
-            node_name(target, robot): profile.strictness.value
-            for target, profile in self._prober.profiles.items()
-        }
-        heading = heading_of(self.plan, self.link, self.device)
-        heading = heading._replace(firmware=dict(self._results.firmware), strictness=strictness)
-        return [heading, *self._calibrator.notes(wanted), *self._take_notes()]
+        heading = heading_of(self.plan, self.link, self.device, self.line)._replace(
+            firmware=dict(self._results.firmware),
+            strictness=self._calibrator.strictness,
+            client=client.address,
+        )
+        notes = self._calibrator.notes(wanted)
+        if self.plan.survey:
+            notes += await survey_notes(self._line, self.target, self.device, self.line)
+        return [heading, *notes, *self._take_notes()]
 
     async def _calibrate(self, wanted: Wanted) -> None:
         self._pipeline.give_up_nodes(await self._calibrator.measure(wanted) - self._pipeline.dead)

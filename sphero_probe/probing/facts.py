@@ -4,10 +4,11 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from sphero_probe.catalogue import row_by_name
+from sphero_probe.catalogue.addresses import client_means
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.well_known import VERSION_FIELDS
 from sphero_probe.link.exchange import Answered
-from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.notes import node_name
 from sphero_probe.probing.plan import Probe
 from sphero_probe.protocol.address import Address
@@ -50,6 +51,14 @@ def probes_of(
             nodes = ()
         for node in nodes or (None,):
             yield Probe(Command(row.did, row.cid, b"", None if node is None else Address(port, node).byte))
+
+
+def facts_of_line(heading: Heading) -> Iterator[Fact]:
+    """Yield how a robot is reached, and how it sees its client, if its answers tell."""
+    if heading.line:
+        yield Fact("reached_over", heading.line)
+    if heading.client is not None:
+        yield Fact("sees_client_as", f"0x{heading.client:02x}: {client_means(heading.client, heading.robot)}")
 
 
 def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:

@@ -113,6 +113,8 @@ class Heading(NamedTuple):
         consent: the allowed risk classes, by name.
         strictness: node name -> what calibration measured, empty if it was not needed.
         started: RFC 3339 UTC.
+        line: how the robot is reached, ``BLE`` or ``UART``; empty in journals of version 0.1.0.
+        client: address byte under which the robot sees the client, None where its answers do not tell.
     """
 
     robot: str
@@ -124,6 +126,8 @@ class Heading(NamedTuple):
     consent: tuple[str, ...]
     strictness: dict[str, str]
     started: str
+    line: str = ""
+    client: int | None = None
 
 
 class Summary(NamedTuple):

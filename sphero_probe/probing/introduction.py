@@ -6,6 +6,7 @@ from typing import Final
 
 from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
+from sphero_probe.link.events import ExchangeEnded
 from sphero_probe.link.exchange import Answered, LateResponse, Silent, Unsolicited
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_DIDS, WRONG_LENGTH
 from sphero_probe.protocol.address import Address
@@ -25,6 +26,22 @@ _SHOWN: Final = 40
 """Bytes of a frame that a message shows."""
 _TOLERANCE: Final = {0: "source", 1: "seq"}
 """Rank of a difference -> the tolerance that accepts it."""
+
+
+class SeenClient:
+    """Learns from the targets of a robot's answers under which address it sees the client.
+
+    Attributes:
+        address: the address byte, None while no answer names it.
+    """
+
+    def __init__(self) -> None:
+        self.address: int | None = None
+
+    def hear(self, event: ExchangeEnded) -> None:
+        """Take in an exchange."""
+        if isinstance(event.exchange, Answered) and event.exchange.response.target is not None:
+            self.address = event.exchange.response.target
 
 
 async def introduce(

@@ -11,13 +11,15 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from sphero_probe.catalogue import all_rows, commands_of, devices_of
-from sphero_probe.catalogue.model import CommandRow, Kind
+from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import VERSION_FIELDS, WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Exchange, Silent, Unsolicited
 from sphero_probe.link.unsolicited import describe_unsolicited
+from sphero_probe.probing.finding import Note
 from sphero_probe.probing.introduction import introduce
+from sphero_probe.probing.node_notes import nodes_note
 from sphero_probe.probing.prober import BUSY_ATTEMPTS, BUSY_PAUSE
 from sphero_probe.probing.retries import MOST_ATTEMPTS, LossEstimate
 from sphero_probe.probing.system import NODES, NodeAnswer, NodeState, Served, System
@@ -42,42 +44,63 @@ async def survey(session: Session, stop: asyncio.Event | None = None) -> System:
         NoAnswerError: the robot answers nothing.
         LinkLostError: the robot is gone.
     """
-    connection, codec = session.connection, session.link.codec
+    connection, codec, target = session.connection, session.link.codec, session.target
     robot = connection.robot
-    system = System(connection.name, robot, "BLE" if connection.port else "UART")
+    system = System(connection.name, robot, connection.line)
     model = robot.name if robot else "this robot"
     if not codec.has_addresses:
         protocol = codec.generation.value.upper()
         return system._replace(note=f"{model} has no nodes to ask: {protocol} packets carry no addresses.")
-    if session.target is None:
+    if target is None:
         return system._replace(note=f"{model} has no nodes to ask: it takes commands without addresses.")
-    return await _Survey(session, stop).run(system)
+    line = Reconnector(session.link, target, stop, session.reconnect)
+
+    async def begin() -> None:
+        unsolicited: list[Unsolicited] = []
+        with describe_unsolicited(line.link, lambda packet, _: unsolicited.append(packet)):
+            await introduce(line, target, session.on_step, unsolicited)
+
+    await line.with_reconnect(begin)
+    system = await _Survey(line, target, robot).run(system)
+    if line.lost:
+        raise line.lost
+    return system
+
+
+async def survey_notes(line: Reconnector, target: int | None, device: str, reached: str) -> list[Note]:
+    """Ask a robot about its nodes during a run; return the note of that.
+
+    There is none for a robot without addresses, and none if the link is lost or the run is stopped meanwhile.
+
+    Args:
+        line: to a robot that is awake.
+        target: the address byte of its usual node, None for a robot without addresses.
+        device: the robot's name or address.
+        reached: how it is reached, ``BLE`` or ``UART``.
+    """
+    if target is None:
+        return []
+    link = line.link
+    system = System(device, link.policy.robot, reached)
+    system = await _Survey(line, target, system.robot).run(system)
+    return [] if line.lost or line.is_stopped else [nodes_note(system, link.codec)]
 
 
 class _Survey:
     """Asks one robot, over drops of the link; what was answered once is not asked again."""
 
-    def __init__(self, session: Session, stop: asyncio.Event | None) -> None:
-        self._line = Reconnector(session.link, session.target, stop, session.reconnect)
-        self._session = session
-        self._codec = session.link.codec
-        self._port = session.connection.port
-        self._robot = session.connection.robot
+    def __init__(self, line: Reconnector, target: int, robot: Robot | None) -> None:
+        self._line = line
+        self._target = target
+        self._codec = line.link.codec
+        self._robot = robot
         self._loss = LossEstimate()
         self._answers: dict[Command, Exchange] = {}
         self._nonce = 0
 
     async def run(self, system: System) -> System:
         """Return the system with what was found."""
-        session = self._session
-
-        async def begin() -> None:
-            unsolicited: list[Unsolicited] = []
-            with describe_unsolicited(self._line.link, lambda packet, _: unsolicited.append(packet)):
-                await introduce(self._line, session.target, session.on_step, unsolicited)
-
-        await self._line.with_reconnect(begin)
-        targets = _targets(self._port)
+        targets = _targets(Address.from_byte(self._target).port)
         self._loss.probes = 2 * len(targets)
         echoes = {target: self._echo(target) for target in targets}
         await self._ask_all(echoes.values())
@@ -85,8 +108,6 @@ class _Survey:
         found = [self._state(target, echoes[target]) for target in targets]
         found = await self._details(found)
         found = await self._wildcards(found)
-        if self._line.lost:
-            raise self._line.lost
         client, addressing = self._addressing()
         return system._replace(client=client, addressing=addressing, nodes=tuple(found))
 
@@ -133,7 +154,7 @@ class _Survey:
         ]
         if not again:
             return
-        await self._line.with_reconnect(lambda: wake(self._line.link, self._session.target))
+        await self._line.with_reconnect(lambda: wake(self._line.link, self._target))
         before = {command: self._answers.pop(command) for command in again}
         await self._ask_all(again)
         for command in again:

@@ -79,13 +79,14 @@ async def stop_motors(link: Link, target: int | None, *, always: bool = False) -
         await link.ask(command, alone=True)
 
 
-def heading_of(plan: Plan, link: Link, device: str) -> Heading:
+def heading_of(plan: Plan, link: Link, device: str, line: str) -> Heading:
     """Return the heading of a run that begins now, before anything is measured.
 
     Args:
         plan: to run.
         link: to the robot.
         device: the robot's name or address.
+        line: how it is reached, ``BLE`` or ``UART``.
     """
     robot = link.policy.robot
     return Heading(
@@ -98,4 +99,5 @@ def heading_of(plan: Plan, link: Link, device: str) -> Heading:
         consent=link.policy.consent.words,
         strictness={},
         started=datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z"),
+        line=line,
     )

@@ -46,6 +46,7 @@ class Plan:
         stages: each is probes, or a function that makes them from the findings so far.
         robots: keys of the robots it is meant for, empty for any.
         file: where it was loaded from, None for one built in memory.
+        survey: first ask which nodes the robot has, as ``nodes`` does, and keep that as a note.
         verify: at the end, send what exists or was silent, and a part of the rest, once more, one at a time.
     """
 
@@ -55,6 +56,7 @@ class Plan:
     robots: tuple[str, ...] = ()
     file: Path | None = None
     verify: bool = False
+    survey: bool = False
 
 
 def sweep(

@@ -3,13 +3,9 @@
 from collections.abc import Iterator
 from typing import Final
 
-from sphero_probe.catalogue import DEVICE_NAMES
-from sphero_probe.catalogue.addresses import Use, address_meaning
-from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.routing import Hop
-from sphero_probe.probing.notes import node_name
-from sphero_probe.probing.system import NodeAnswer, System
-from sphero_probe.protocol.address import Address
+from sphero_probe.probing.node_notes import node_data, system_data
+from sphero_probe.probing.system import System
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.reports.phrases import Data, hex_id, shown
 from sphero_probe.reports.rows import Row
@@ -18,53 +14,9 @@ from sphero_probe.reports.views import Column, Place, View
 
 def system_rows(system: System, codec: Codec) -> Iterator[Row]:
     """Yield the row of a system, then one for each address that was asked."""
-    client, robot = system.client, system.robot
-    yield Row(
-        "system",
-        {
-            "name": system.name,
-            "model": robot.name if robot else None,
-            "line": system.line,
-            "port": None if client is None else Address.from_byte(client).port,
-            "client": client,
-            "client_means": None
-            if client is None
-            else address_meaning(client, Use.ANSWER_TARGET, robot).words,
-            "addressing": system.addressing or None,
-            "note": system.note or None,
-        },
-    )
+    yield Row("system", system_data(system))
     for one in system.nodes:
-        yield Row("node", _node(one, robot, codec))
-
-
-def _node(one: NodeAnswer, robot: Robot | None, codec: Codec) -> dict[str, object]:
-    node = None if one.target is None else Address.from_byte(one.target).node
-    names = DEVICE_NAMES[codec.generation]
-    by = one.answered_by
-    return {
-        "address": one.target,
-        "node": node,
-        "name": _name(one.target, robot),
-        "state": one.state.value,
-        "code": one.code,
-        "code_name": None if one.code is None else codec.code_name(one.code),
-        "answered_by": by,
-        "firmware": one.firmware or None,
-        "devices": [names.get(did, f"0x{did:02x}") for did in one.devices],
-        "dids": list(one.devices),
-        "devices_from": ("the node" if one.claimed else "the catalogue") if one.devices else None,
-        "serves": [
-            {"did": served.row.did, "cid": served.row.cid, "name": served.row.name, "node": served.node}
-            for served in one.served
-        ],
-    }
-
-
-def _name(target: int | None, robot: Robot | None) -> str:
-    if target is None:
-        return "no address"
-    return "wildcard" if Address.from_byte(target).is_wildcard else node_name(target, robot)
+        yield Row("node", node_data(one, system.robot, codec))
 
 
 def hop_row(number: int, hop: Hop) -> Row:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from sphero_probe.catalogue.addresses import AddressMeaning
+from sphero_probe.catalogue.addresses import AddressMeaning, client_means
 from sphero_probe.catalogue.dissection import Part
 from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
@@ -60,6 +60,9 @@ def heading_row(heading: Heading) -> Row:
             "consent": list(heading.consent),
             "strictness": dict(heading.strictness),
             "started": heading.started,
+            "line": heading.line or None,
+            "client": heading.client,
+            "client_means": None if heading.client is None else client_means(heading.client, heading.robot),
         },
     )
 

@@ -22,8 +22,9 @@ def heading_lines(heading: Data, places: Sequence[str], calibration: Sequence[st
     if not measured and isinstance(strictness, dict):
         measured = [f"{node}: {shown(said)}" for node, said in strictness.items()]
     where = f" on {places[0]}" if len(places) == 1 else ""
+    line = f" over {shown(heading['line'])}" if heading.get("line") else ""
     return [
-        f"{shown(heading.get('model'))} {shown(heading.get('device'))}, firmware: {versions}",
+        f"{shown(heading.get('model'))} {shown(heading.get('device'))}{line}, firmware: {versions}",
         f"Plan {shown(heading.get('plan'))}{where}, allowed: {shown(heading.get('consent'))}",
         f"Started {shown(heading.get('started'))}, sphero-probe {shown(heading.get('tool_version'))}",
         *(f"Length check, {text}" for text in measured),

@@ -154,6 +154,8 @@ def _heading(fields: Fields) -> Heading:
         fields.risks("consent"),
         fields.texts("strictness"),
         fields.text("started", MAX_WORD),
+        fields.text("line", MAX_WORD) if fields.has("line") else "",
+        fields.byte_or_none("client"),
     )
 
 

@@ -65,6 +65,11 @@ class Connection(NamedTuple):
     services: tuple[str, ...] = ()
     write_size: int | None = None
 
+    @property
+    def line(self) -> str:
+        """The kind of line: ``BLE``, ``UART`` or ``RFCOMM``."""
+        return "BLE" if self.port else "RFCOMM" if self.address.startswith("rfcomm:") else "UART"
+
 
 class Seen(NamedTuple):
     """A robot, or whatever else is near.

@@ -50,6 +50,48 @@ def test_nodes_as_records_and_as_a_table(cli: Cli) -> None:
     assert "0x16:0x44 drive.get_active_control_system_id by node 2" in table
 
 
+def test_the_node_stage_of_discover_tells_what_nodes_tells(cli: Cli) -> None:
+    device = ("--device", "fake:rvr?unavailable=2")
+    ran = cli("discover", *device, "--did", "0x13", "--format", "jsonl")
+    assert ran.code == 5
+    assert "the run is incomplete: a node was unavailable" in ran.err
+    rows = objects(ran.out)
+    system, *nodes = objects(cli("nodes", *device, "--format", "jsonl").out)
+    (surveyed,) = [row for row in rows if row["type"] == "note" and row["kind"] == "nodes"]
+    assert {"type": "system", "schema_version": system["schema_version"], **surveyed["system"]} == system
+    assert [{"type": "node", **node} for node in surveyed["nodes"]] == nodes
+    assert surveyed["text"].startswith("primary answers, secondary unavailable")
+    (ended,) = [row for row in rows if row["type"] == "note" and row["kind"] == "run"]
+    assert (ended["target"], ended["devices_not_asked"]) == (0x12, [0x10, 0x11, 0x16, 0x18])
+    table = cli("report", "last", "--format", "table").out
+    assert "Sphero RVR RV-B9D8 over BLE, firmware: primary" in table
+    assert "\nNodes\nThe robot sees this client as 0x11: port 1, node 1: " in table
+    assert "unavailable: 0x0a" in table
+
+
+def test_discover_asks_a_robot_without_addresses_for_no_nodes(cli: Cli) -> None:
+    rows = objects(cli("discover", "--device", "fake:mini", "--did", "0x13", "--format", "jsonl").out)
+    assert not [row for row in rows if row["type"] == "note" and row["kind"] == "nodes"]
+
+
+@pytest.mark.parametrize(
+    ("device", "line", "client", "words"),
+    [
+        ("fake:rvr?line=uart", "UART", 0x21, "0x21: port 2, node 1: the client behind the robot's UART"),
+        ("fake:bolt-plus", "BLE", 0x11, "0x11: port 1, node 1: the client behind the robot's Bluetooth"),
+        ("fake:bolt", "BLE", None, None),
+        ("fake:bb8", "BLE", None, None),
+    ],
+)
+def test_a_run_tells_how_the_robot_is_reached(
+    cli: Cli, device: str, line: str, client: int | None, words: str | None
+) -> None:
+    run, *_ = objects(cli("sweep", "--did", "0x00", "--cid", "0x01", "-d", device, "--format", "jsonl").out)
+    assert (run["line"], run["client"]) == (line, client)
+    facts = {row["name"]: row["value"] for row in objects(cli("info", "-d", device, "--format", "jsonl").out)}
+    assert (facts["reached_over"], facts.get("sees_client_as")) == (line, words)
+
+
 @pytest.mark.parametrize("form", ["table", "plain", "json"])
 def test_a_robot_without_nodes_is_told_in_one_line(cli: Cli, form: str) -> None:
     ran = cli("nodes", "--device", "fake:bb8", "--format", form)

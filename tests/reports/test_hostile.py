@@ -7,13 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sphero_probe.probing.finding import Note
 from sphero_probe.reports import views
 from sphero_probe.reports.registry import FORMATS
-from sphero_probe.reports.rows import (
-    robot_row,
-)
+from sphero_probe.reports.rows import note_row, robot_row
 from sphero_probe.transports.base import Seen
-from tests.support.reports_by_hand import HOSTILE, hostile_rows, rendered
+from tests.support.reports_by_hand import HOSTILE, hostile_rows, rendered, survey_of
 
 INVISIBLE = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -46,6 +45,19 @@ def test_no_text_gets_anything_invisible_out(text: str, form: str, color: bool, 
         shown = rendered(form, rows, view, color=color, unicode=unicode)
         assert_harmless(shown, form, color=color)
         assert unicode or shown.isascii()
+
+
+@pytest.mark.unmeasured
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9),
+        lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=9), inner, max_size=3),
+        max_leaves=5,
+    )
+)
+def test_any_survey_of_nodes_in_a_journal_is_shown_without_raising(value: object) -> None:
+    for data in (survey_of(value), {"system": value, "nodes": value}):
+        assert rendered("table", [note_row(Note("nodes", "", data))])
 
 
 def test_markup_emoji_and_links_stay_text() -> None:

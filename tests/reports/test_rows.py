@@ -139,7 +139,13 @@ def test_heading() -> None:
         "consent",
         "strictness",
         "started",
+        "line",
+        "client",
+        "client_means",
     ]
+    assert (row.data["line"], row.data["client"], row.data["client_means"]) == (None, None, None)
+    reached = heading_row(HEADING._replace(robot="rvr", line="UART", client=0x21)).data
+    assert reached["client_means"] == "port 2, node 1: the client behind the robot's UART"
     assert row.data["consent"] == ["read", "probe"]
     assert row.data["firmware"] == {"primary": "5.0.2", "secondary": "4.1.7"}
 

@@ -493,7 +493,7 @@ def test_hostile_names_come_back_as_they_were(tmp_path: Path) -> None:
     opening = Opening(
         "sweep", name, "0", {name: name}, name, name, CODECS[next(iter(CODECS))].generation, "bolt", name, ()
     )
-    heading = Heading("bolt", name, name, {name: name}, name, name, ("read",), {name: name}, name)
+    heading = Heading("bolt", name, name, {name: name}, name, name, ("read",), {name: name}, name, name, 0x21)
     assert decode(parse(encode(opening)), None) == opening
     assert decode(parse(encode(heading)), opening) == heading
     note = Note(name, name, {name: name, "bytes": [1.5, float("nan")]})

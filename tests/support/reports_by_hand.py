@@ -175,6 +175,15 @@ ASKED = [
 RUN = run_of(ASKED, [note_row(CALIBRATED)])
 
 
+def survey_of(value: object) -> dict[str, object]:
+    """The data of a note on nodes with the same value in every place."""
+    keys = ("address", "node", "name", "state", "code", "code_name", "answered_by", "firmware", "devices")
+    system = dict.fromkeys(("name", "line", "client", "client_means", "addressing"), value)
+    served = dict.fromkeys(("did", "cid", "name", "node"), value)
+    nodes: list[object] = [dict.fromkeys(keys, value) | {"serves": [served, value]}, value]
+    return {"system": system, "nodes": nodes}
+
+
 def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
     """Untrusted text in every field of every row type that can hold some."""
     raw = text.encode("utf-8", "surrogatepass")[:200]
@@ -188,6 +197,7 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
         consent=(text,),
         strictness={text: text},
         started=text,
+        line=text,
     )
     findings = [
         answered(1, 0x11, 0x06, 0x00, raw + b"\0"),
@@ -203,12 +213,14 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
         note_row(Note("malformed", text, {"raw": raw.hex(), text: text})),
         note_row(Note(text, text, {"name": text, "fields": {text: text}})),
     ]
+    surveyed = note_row(Note("nodes", text, survey_of(text)))
+    ending = summary_row(summary(findings, complete=False))
     known = lookup(V2, 0x13, 0x10, BOLT)
     assert known
     return {
         "run": (
             views.FINDINGS,
-            [heading_row(heading), *notes, *finding_rows, summary_row(summary(findings, complete=False))],
+            [heading_row(heading), surveyed, *notes, *finding_rows, ending],
         ),
         "finding": (views.FINDING, finding_rows),
         "notes": (views.NOTES, notes),

@@ -54,7 +54,7 @@ def discovery(
         stages += [map_.of_length(length) for length in LENGTHS]
     if values:
         stages += [map_.of_value(value) for value in VALUES]
-    return Plan("discover", "the full map of a robot", stages, verify=True)
+    return Plan("discover", "the full map of a robot", stages, verify=True, survey=True)
 
 
 class _Map:

@@ -4,11 +4,13 @@ from typing import Final, TextIO, TypeVar
 
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.probing.finding import Outcome
+from sphero_probe.probing.node_notes import SURVEY
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
 from sphero_probe.reports.address_phrases import other_nodes
 from sphero_probe.reports.differences import differences
 from sphero_probe.reports.finding_line import Data, FindingLine, line_of, robot_of
+from sphero_probe.reports.nodes_page import write_nodes
 from sphero_probe.reports.phrases import remarked, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
@@ -70,6 +72,7 @@ class SweepTable:
         apart = heading is None or len(places) > 1
         self._overview(heading, robot, lines, places)
         if not self._brief:
+            self._survey()
             self._sections(words.sections(lines, robot), apart=apart)
             self._blocked(lines, apart=apart)
             self._absent(lines)
@@ -91,7 +94,7 @@ class SweepTable:
         self._counts(heading, lines)
         for text in rest:
             self._writer.say(text, limit=_LINE)
-        told = ("calibration", "evidence", EXECUTED, "comparison")
+        told = ("calibration", "evidence", EXECUTED, SURVEY, "comparison")
         troubles = [note for note in notes if note.get("kind") not in told]
         others = other_nodes(words.latest(self._held["finding"]), robot)
         for text in (*words.doubts(lines), *words.remarks(troubles, self._times), *others):
@@ -110,6 +113,15 @@ class SweepTable:
             self._writer.say("Incomplete: the record of this run ends before the run did.", "bold yellow")
         elif not lines and not self._held["note"]:
             self._writer.say(self._nothing)
+
+    def _survey(self) -> None:
+        """Write which nodes the robot has; a resumed run has asked for them several times."""
+        surveys = [note for note in self._held["note"] if note.get("kind") == SURVEY]
+        system, nodes = (surveys[-1].get(key) for key in ("system", "nodes")) if surveys else (None, None)
+        if isinstance(system, dict) and isinstance(nodes, list):
+            self._writer.skip()
+            self._writer.say("Nodes", "bold")
+            write_nodes(self._writer, system, [node for node in nodes if isinstance(node, dict)])
 
     def _sections(self, sections: list[Section], *, apart: bool) -> None:
         """Write the sections; their grids share the columns and one row of titles."""
