@@ -37,7 +37,13 @@ class Calibrator:
         self._verify = verify
         self._noted: set[int | None] = set()
 
-    def find_wanted(self, probes: Sequence[Probe], first: int, settled: Container[int]) -> Wanted:
+    def find_wanted(
+        self,
+        probes: Sequence[Probe],
+        first: int,
+        settled: Container[int],
+        dead: Container[int | None] = (),
+    ) -> Wanted:
         """Return which nodes and devices must be measured before these probes.
 
         Documented commands at their own length need no measurement, except on the usual node of a run that
@@ -47,6 +53,7 @@ class Calibrator:
             probes: of one stage.
             first: number of the first.
             settled: numbers of probes that will not be sent.
+            dead: nodes that were given up.
         """
         nodes: dict[int | None, set[int]] = {}
         dids: dict[int | None, set[int]] = {}
@@ -55,6 +62,8 @@ class Calibrator:
             if number in settled:
                 continue
             target = self._prober.target if command.target is None else command.target
+            if target in dead:
+                continue
             among = dids.setdefault(target, set())
             if command.cid not in IMPOSSIBLE_CIDS:
                 among.add(command.did)

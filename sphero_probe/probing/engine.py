@@ -201,7 +201,8 @@ class Engine:
         self.total += len(probes)
         self._pipeline.silent.loss.probes = self.total
         if not is_first:
-            wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings)
+            dead = self._pipeline.dead
+            wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings, dead)
             await self._line.with_reconnect(lambda: self._calibrate(wanted))
             for note in self._calibrator.notes(wanted):
                 yield note

@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from random import Random
 
@@ -11,7 +12,7 @@ import pytest
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.model import AnswerStyle
 from sphero_probe.catalogue.routing import Route, documented_hops
-from sphero_probe.link.events import UnsolicitedReceived
+from sphero_probe.link.events import FrameSent, UnsolicitedReceived
 from sphero_probe.link.exchange import Silent, Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
@@ -310,3 +311,28 @@ def test_a_node_that_answers_nothing_is_given_up_soon() -> None:
     (note,) = [record for record in records if isinstance(record, Note) and record.kind == "run"]
     assert note.text == "secondary does not answer: its open probes are inconclusive"
     assert not next(record for record in records if isinstance(record, Summary)).complete
+
+
+def test_a_node_that_was_given_up_is_asked_nothing_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    hang(monkeypatch, 2, 100)
+    frames: list[bytes] = []
+
+    def later(findings: Sequence[Finding]) -> list[Probe]:
+        assert findings[-1].outcome is Outcome.INCONCLUSIVE
+        frames.clear()
+        return [Probe(Command(did, cid, b"", 0x12)) for did in (0x16, 0x18) for cid in range(8)]
+
+    async def work() -> list[Record]:
+        async with open_session("fake:rvr", Consent()) as session:
+            session.link.events.subscribe(lambda event: frames.append(event.frame), FrameSent)
+            first = [Probe(Command(0x11, cid, b"", 0x12)) for cid in range(0x80)]
+            plan = Plan("two stages", "", [first, later])
+            engine = Engine(plan, session.link, "RV", 0x11, reconnect=session.reconnect)
+            return [record async for record in engine.records()]
+
+    records = run(work())
+    requests = [only(Request, V2.decoder(Role.ROBOT).feed(frame)) for frame in frames]
+    assert 0x12 not in {request.command.target for request in requests}
+    second = [record for record in records if isinstance(record, Finding) and record.number > 0x80]
+    assert len(second) == 16
+    assert {finding.outcome for finding in second} <= {Outcome.INCONCLUSIVE, Outcome.SKIPPED}
