@@ -207,7 +207,7 @@ def test_a_terminal_shows_the_run_on_one_screen_when_the_report_goes_to_a_file(
     terminal = on_terminal(monkeypatch)
     cli(*sweep, str(tmp_path / "map.jsonl"))
     told = re.split(r"\x1b\[[0-9;?]*[A-Za-z]|\r", terminal.getvalue())[-1].splitlines()
-    assert told[0].startswith("Sphero BOLT SB-DE8E, firmware: ")
+    assert told[0].startswith("Sphero BOLT SB-DE8E over BLE, firmware: ")
     assert told[1].startswith("2816 probes: ")
     assert told[-1] == f"The whole report is in {tmp_path / 'map.jsonl'}."
     assert len(told) < 24
