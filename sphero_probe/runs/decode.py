@@ -26,6 +26,9 @@ MAX_TEXT: Final = 1 << 16
 MAX_WORD: Final = 512
 """Characters of a name."""
 _NUMBERS: Final = 1 << 31
+_OUTCOMES: Final = {word.value: word for word in Outcome}
+_CONFIDENCES: Final = {word.value: word for word in Confidence}
+_EXCHANGES: Final = {word: word for word in ("answered", "silent", "refused")}
 
 
 class Opening(NamedTuple):
@@ -183,8 +186,8 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
     return Finding(
         fields.whole("number", 1, _NUMBERS),
         command,
-        fields.one_of("outcome", {word.value: word for word in Outcome}),
-        fields.one_of("confidence", {word.value: word for word in Confidence}),
+        fields.one_of("outcome", _OUTCOMES),
+        fields.one_of("confidence", _CONFIDENCES),
         risk,
         exchange,
         lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
@@ -195,7 +198,7 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
 
 
 def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:
-    kind = fields.one_of("exchange", {word: word for word in ("answered", "silent", "refused")})
+    kind = fields.one_of("exchange", _EXCHANGES)
     if kind == "refused":
         return Blocked(command, risk, fields.text("reason", MAX_TEXT))
     seq, sent, seconds = fields.byte("seq"), fields.raw("sent"), fields.seconds("seconds")
