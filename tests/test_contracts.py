@@ -12,6 +12,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli import values
 from sphero_probe.cli.group import COMMANDS, LazyGroup, group
 from sphero_probe.reports.registry import FORMATS
+from sphero_probe.reports.selection import SORTS
 from tests.support.cli import Cli
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -49,6 +50,7 @@ def test_a_command_has_help_with_an_example(cli: Cli, name: str) -> None:
 def test_the_light_copies_of_words_agree_with_their_homes() -> None:
     assert tuple(FORMATS) == values.FORMATS
     assert tuple(risk.word for risk in Risk) == values.RISKS
+    assert values.SORTS == SORTS
 
 
 def test_version(cli: Cli, capsys: pytest.CaptureFixture[str]) -> None:

@@ -62,6 +62,7 @@ def test_the_installed_tool_is_whole(request: pytest.FixtureRequest, tmp_path: P
     findings = [row for row in map(json.loads, swept.splitlines()) if row["type"] == "finding"]
     assert len(findings) == 256
     assert "power.get_battery_percentage" in {row["name"] for row in findings if row["outcome"] == "exists"}
+    assert "</script>" in probe("catalog", "battery", "--format", "html")
     (script,) = (site / "bin").iterdir()
     assert script.stem == "sphero-probe"
     said = run(python, script, "--version", cwd=tmp_path, site=site)

@@ -9,6 +9,7 @@ from sphero_probe.cli.output import style_for
 from sphero_probe.cli.values import Output
 from sphero_probe.reports.formats.sweep_table import SweepTable
 from sphero_probe.reports.rows import Row
+from sphero_probe.reports.views import FINDINGS
 
 
 @contextmanager
@@ -20,7 +21,7 @@ def overview(output: Output) -> Iterator[Callable[[Row], None]]:
     if output.file is None or not sys.stderr.isatty():
         yield lambda _: None
         return
-    page = SweepTable(sys.stderr, style_for(output, sys.stderr), brief=True)
+    page = SweepTable(sys.stderr, FINDINGS, style_for(output, sys.stderr), brief=True)
     yield page.add
     page.close()
     say(f"The whole report is in {output.file}.")

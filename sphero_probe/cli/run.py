@@ -19,6 +19,7 @@ from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
 from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults
+from sphero_probe.reports.registry import PAGES
 from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.streams import takes_unicode, wants_color
@@ -146,7 +147,7 @@ def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]
     Yields:
         A function that takes the number of probes done and the total.
     """
-    rows_run = output.file is None and output.format != "table" and sys.stdout.isatty()
+    rows_run = output.file is None and output.format not in PAGES and sys.stdout.isatty()
     if rows_run or not sys.stderr.isatty():
         yield lambda _done, _total: None
         return

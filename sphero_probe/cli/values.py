@@ -11,12 +11,23 @@ from sphero_probe.errors import RefusedByPolicyError, UsageError
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
-FORMATS: Final = ("table", "plain", "json", "jsonl", "csv")
+FORMATS: Final = ("table", "plain", "json", "jsonl", "csv", "md", "html")
 """The names of the formats: a copy of the reports', for the same reason."""
 TOLERANCES: Final = ("source", "seq", "flags")
 """In what answers may differ; a copy of the link's, likewise."""
+SORTS: Final = ("did", "outcome", "time", "rtt")
+"""By what findings can be sorted; a copy of the reports', likewise."""
+DOCUMENTS: Final = ("protocol",)
+"""What ``report`` can write instead of a report."""
 COLOURS: Final = ("auto", "always", "never")
-SUFFIXES: Final = {".json": "json", ".jsonl": "jsonl", ".csv": "csv", ".txt": "table"}
+SUFFIXES: Final = {
+    ".json": "json",
+    ".jsonl": "jsonl",
+    ".csv": "csv",
+    ".txt": "table",
+    ".md": "md",
+    ".html": "html",
+}
 """Suffix of an output file -> its format."""
 
 

@@ -1,6 +1,7 @@
 """Formats the addresses in rows as text for people: which node was asked, and which one answered."""
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import Final
 
 from sphero_probe.catalogue.addresses import Use, address_meaning
@@ -47,6 +48,12 @@ def answered_elsewhere(data: Data) -> bool:
         return False
     if not isinstance(target, int) or not 0 <= target <= _BYTE:
         return True
+    return _differ(source, target)
+
+
+@cache
+def _differ(source: int, target: int) -> bool:
+    """Whether two address bytes name different nodes; a run has few of them, and very many findings."""
     return Address.from_byte(source).node != Address.from_byte(target).node
 
 

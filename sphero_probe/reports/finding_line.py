@@ -1,6 +1,7 @@
 """A finding as a line of a run's table."""
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS
@@ -35,6 +36,7 @@ class FindingLine(NamedTuple):
         says: the state and the answer in words.
         note: a remark, or empty.
         rtt_ms: milliseconds, None without an answer.
+        target: the address byte that the command was sent to, None where it has none.
     """
 
     number: int
@@ -50,6 +52,7 @@ class FindingLine(NamedTuple):
     says: str
     note: str
     rtt_ms: float | None
+    target: int | None = None
 
     @property
     def pair(self) -> str:
@@ -69,7 +72,7 @@ class FindingLine(NamedTuple):
     @property
     def exists(self) -> bool:
         """Whether the command certainly exists."""
-        return self.outcome == Outcome.EXISTS.value and not self.maybe
+        return self.outcome == Outcome.EXISTS and not self.maybe
 
     @property
     def new(self) -> bool:
@@ -89,22 +92,30 @@ def robot_of(heading: Data | None) -> Robot | None:
 
 def line_of(data: Data, robot: Robot | None) -> FindingLine:
     """Return a finding's row as a line."""
-    target, rtt, code, name = data.get("target"), data.get("rtt_ms"), data.get("code"), data.get("name")
+    target = asked if isinstance(asked := data.get("target"), int) else None
+    rtt, code, name = data.get("rtt_ms"), data.get("code"), data.get("name")
     return FindingLine(
         whole_number(data.get("number")),
-        node_name(target if isinstance(target, int) else None, robot),
+        _node(target, robot.key if robot else ""),
         whole_number(data.get("did")),
         whole_number(data.get("cid")),
         None if name is None else shown(name),
         phrases.arguments(data),
         shown(data.get("risk")),
         shown(data.get("outcome")),
-        data.get("confidence") == Confidence.MAYBE.value,
+        data.get("confidence") == Confidence.MAYBE,
         "" if code is None else f"{phrases.hex_id(code)} {shown(data.get('code_name'))}",
         state_and_answer(data),
         "; ".join(filter(None, (shown(data.get("note")), _answered_by(data, robot)))),
         rtt if isinstance(rtt, int | float) else None,
+        target,
     )
+
+
+@lru_cache(maxsize=1024)
+def _node(target: int | None, robot: str) -> str:
+    """Return the name of a node of the robot with this key, which may be empty."""
+    return node_name(target, ROBOTS.get(robot))
 
 
 def _answered_by(data: Data, robot: Robot | None) -> str:
@@ -112,7 +123,9 @@ def _answered_by(data: Data, robot: Robot | None) -> str:
     source = data.get("answered_by")
     if data.get("target") is None or not isinstance(source, int):
         return ""
-    return f"answered by {node_name(source, robot)}" if address_phrases.answered_elsewhere(data) else ""
+    if not address_phrases.answered_elsewhere(data):
+        return ""
+    return f"answered by {_node(source, robot.key if robot else '')}"
 
 
 def ids(lines: Iterable[FindingLine], *, apart: bool) -> list[str]:

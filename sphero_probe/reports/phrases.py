@@ -104,6 +104,8 @@ def arguments(data: Data) -> str:
 
 def content(data: Data) -> str:
     """Return the payload: LEDs and fields if they are known, its bytes otherwise."""
+    if not data.get("payload") and not data.get("fields") and not data.get("leds"):
+        return ""
     return leds(data) or fields(data) or spaced_hex(data.get("payload"))
 
 

@@ -17,8 +17,12 @@ FORMATS: Final[dict[str, str]] = {
     "json": "sphero_probe.reports.formats.json_array",
     "jsonl": "sphero_probe.reports.formats.json_lines",
     "csv": "sphero_probe.reports.formats.csv_rows",
+    "md": "sphero_probe.reports.formats.markdown",
+    "html": "sphero_probe.reports.formats.html",
 }
 """Name -> the module that writes it."""
+PAGES: Final = frozenset(("table", "md", "html"))
+"""The formats for people, which are written when all rows have arrived."""
 
 
 class Style(NamedTuple):

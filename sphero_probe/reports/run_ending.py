@@ -59,5 +59,5 @@ class RunEnding:
         if isinstance(code, int):
             return CODECS[self._generation].verdict(code) is Verdict.TARGET_UNAVAILABLE
         echo = row_for(self._generation, WellKnown.ECHO)
-        unanswered = data.get("outcome") in (Outcome.SILENT.value, Outcome.INCONCLUSIVE.value)
+        unanswered = data.get("outcome") in (Outcome.SILENT, Outcome.INCONCLUSIVE)
         return unanswered and echo is not None and (data.get("did"), data.get("cid")) == (echo.did, echo.cid)

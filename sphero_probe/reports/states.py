@@ -36,9 +36,9 @@ _VERDICTS: Final = {
 def state(data: Data) -> str:
     """Return the state of a command, one of ``STATES``; an unknown outcome as it is."""
     word = shown(data.get("outcome"))
-    if word == Outcome.SKIPPED.value:
+    if word == Outcome.SKIPPED:
         return BLOCKED
-    if word == Outcome.EXISTS.value:
+    if word == Outcome.EXISTS:
         verdict = _VERDICTS.get(shown(data.get("code_name")))
         return EXISTS.get(verdict, word) if verdict else word
     return word
@@ -47,6 +47,6 @@ def state(data: Data) -> str:
 def state_and_answer(data: Data) -> str:
     """Return the state of a command with what it answered: ``exists: percentage 87 %``."""
     word = state(data)
-    if not word.startswith(Outcome.EXISTS.value):
+    if not word.startswith(Outcome.EXISTS):
         return phrases.outcome(data)
     return ": ".join(filter(None, (word, phrases.content(data))))

@@ -11,6 +11,7 @@ from sphero_probe.probing.finding import Outcome
 from sphero_probe.reports import phrases
 from sphero_probe.reports.finding_line import MAYBE, NEW, Data, FindingLine, ids, whole_number
 from sphero_probe.reports.phrases import shown
+from sphero_probe.reports.selection import Selection
 
 UNKNOWN: Final = "not in any catalogue"
 _REMARKS_SHOWN: Final = 3
@@ -38,21 +39,33 @@ class Section(NamedTuple):
 
 def places(lines: Iterable[FindingLine]) -> list[str]:
     """Return the names of the nodes that have more than absent commands; of all nodes where none has."""
-    nodes = {line.node for line in lines if line.outcome != Outcome.ABSENT.value}
+    nodes = {line.node for line in lines if line.outcome != Outcome.ABSENT}
     return sorted(nodes or {line.node for line in lines})
 
 
-def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]:
-    """Return what is shown: the new commands first, then known, uncertain, silent and inconclusive ones."""
+def sections(
+    lines: Sequence[FindingLine], robot: Robot | None, selection: Selection | None = None
+) -> list[Section]:
+    """Return what is shown: the new commands first, then known, uncertain, silent and inconclusive ones.
+
+    Where findings were selected, absent ones are shown too, and an order that goes across devices gives a
+    single section.
+    """
+    if selection and selection.flat:
+        sent = tuple(line for line in lines if line.outcome != Outcome.SKIPPED)
+        order = "the slowest answer first" if selection.sort == "rtt" else "in the order of the run"
+        return [Section(f"{_commands(sent)}, {order}", sent)] if sent else []
     exists = [line for line in lines if line.exists]
     new = tuple(line for line in exists if line.new)
-    perhaps = tuple(line for line in lines if line.outcome == Outcome.EXISTS.value and line.maybe)
+    perhaps = tuple(line for line in lines if line.outcome == Outcome.EXISTS and line.maybe)
     known = sorted(
         (line for line in exists if line.name is not None),
         key=lambda line: (line.did, line.cid, line.node, line.number),
     )
-    silent = tuple(line for line in lines if line.outcome == Outcome.SILENT.value)
-    unsettled = tuple(line for line in lines if line.outcome == Outcome.INCONCLUSIVE.value)
+    filtered = selection is not None and selection.filters
+    absent = tuple(line for line in lines if filtered and line.outcome == Outcome.ABSENT)
+    silent = tuple(line for line in lines if line.outcome == Outcome.SILENT)
+    unsettled = tuple(line for line in lines if line.outcome == Outcome.INCONCLUSIVE)
     made = [Section(f"{NEW}: {_commands(new)}, {UNKNOWN}", new)]
     for did, group in groupby(known, key=lambda line: line.did):
         held = tuple(group)
@@ -61,6 +74,7 @@ def sections(lines: Sequence[FindingLine], robot: Robot | None) -> list[Section]
         Section(f"{MAYBE.capitalize()}: {_commands(perhaps)} that may exist", perhaps, crowd=True),
         Section(f"Silent: {_commands(silent)} without an answer", silent, crowd=True),
         Section(f"Inconclusive: {_commands(unsettled)} that could not be settled", unsettled, crowd=True),
+        Section(f"Absent: {_commands(absent)}", absent, crowd=True),
     ]
     return [section for section in made if section.lines]
 
@@ -97,18 +111,9 @@ def doubts(lines: Iterable[FindingLine]) -> list[str]:
 
 def not_shown(lines: Iterable[FindingLine], times: str) -> str:
     """Return the absent commands by code: ``Not shown: 231 x 0x02 bad command id``; empty for none."""
-    codes = Counter(line.code or "absent" for line in lines if line.outcome == Outcome.ABSENT.value)
+    codes = Counter(line.code or "absent" for line in lines if line.outcome == Outcome.ABSENT)
     counted = ", ".join(f"{count} {times} {code}" for code, count in sorted(codes.items()))
     return f"Not shown: {counted} (absent, or hidden from this client)" if counted else ""
-
-
-def latest(findings: Iterable[Data]) -> list[Data]:
-    """Return the last finding of each number: verification replaces what it verified."""
-    last: dict[int | str, Data] = {}
-    for at, data in enumerate(findings):
-        number = data.get("number")
-        last[number if isinstance(number, int) else f"without a number, {at}"] = data
-    return list(last.values())
 
 
 def remarks(notes: Iterable[Data], times: str) -> list[str]:

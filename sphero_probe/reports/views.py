@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 
 from sphero_probe.reports import address_phrases, phrases
 from sphero_probe.reports.phrases import Data, hex_id, shown, spaced_hex
+from sphero_probe.reports.selection import Selection
 
 Render = Callable[[Data], str]
 
@@ -51,6 +52,8 @@ class View(NamedTuple):
         empty: what a table says without a row.
         upright: a table shows each row as lines of title and value.
         legend: a row's data -> what a table explains below, each line once.
+        selection: which findings of a run are shown, and in which order.
+        document: the findings of a run become a reference of the robot's commands.
     """
 
     type: str
@@ -58,6 +61,8 @@ class View(NamedTuple):
     empty: str
     upright: bool = False
     legend: Callable[[Data], Iterable[str]] = lambda _: ()
+    selection: Selection = Selection()
+    document: bool = False
 
     @property
     def table_columns(self) -> tuple[Column, ...]:
@@ -117,6 +122,9 @@ _FINDING_RECORD: Final = (
 
 FINDINGS: Final = View("finding", _FINDING_RECORD, "Nothing was asked.")
 """Findings of a run; their table has a layout of its own."""
+
+PROTOCOL: Final = FINDINGS._replace(document=True)
+"""A reference of the commands of the robot that a run asked."""
 
 FINDING: Final = View(
     "finding",

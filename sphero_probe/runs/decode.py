@@ -115,7 +115,8 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
         return _opening(fields)
     match kind:
         case "run":
-            return _heading(fields)
+            fields.flag("resumed")
+            return heading_of(fields)
         case "intent":
             return Intent(fields.whole("number", 1, _NUMBERS), _command(fields), fields.risk("risk"))
         case "finding":
@@ -123,7 +124,7 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
         case "note":
             return Note(fields.text("kind", MAX_WORD), fields.text("text", MAX_TEXT), fields.details("data"))
         case "summary":
-            return _summary(fields)
+            return summary_of(fields)
         case _:
             raise BadLineError("an unknown type of line")
 
@@ -145,8 +146,12 @@ def _opening(fields: Fields) -> Opening:
     )
 
 
-def _heading(fields: Fields) -> Heading:
-    fields.flag("resumed")
+def heading_of(fields: Fields) -> Heading:
+    """Return the start of a run.
+
+    Raises:
+        BadLineError: a field is missing, of a wrong type or out of range.
+    """
     return Heading(
         fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
         fields.text("model", MAX_WORD),
@@ -211,8 +216,12 @@ def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generati
     return Answered(command, seq, sent, packets[0], received, seconds)
 
 
-def _summary(fields: Fields) -> Summary:
-    """Return the end of a run; in journals of version 0.1.0 ``probes_sent`` counted frames."""
+def summary_of(fields: Fields) -> Summary:
+    """Return the end of a run; in journals of version 0.1.0 ``probes_sent`` counted frames.
+
+    Raises:
+        BadLineError: a field is missing, of a wrong type or out of range.
+    """
     counts = {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()}
     probes = fields.whole("probes_sent", 0, _NUMBERS)
     frames = fields.whole("frames_sent", 0, _NUMBERS) if fields.has("frames_sent") else None

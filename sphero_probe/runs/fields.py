@@ -66,6 +66,10 @@ class Fields:
         """Whether the line has this field."""
         return key in self._data
 
+    def given(self, key: str) -> bool:
+        """Whether the line has this field, and it is not null."""
+        return self._data.get(key) is not None
+
     def whole(self, key: str, least: int, most: int) -> int:
         """A whole number within bounds."""
         value = self._data.get(key)
@@ -75,6 +79,9 @@ class Fields:
 
     def byte(self, key: str) -> int:
         """A number from 0 to 255."""
+        value = self._data.get(key)
+        if type(value) is int and 0 <= value <= 0xFF:  # most fields are bytes, and these are in order
+            return value
         return self.whole(key, 0, 0xFF)
 
     def byte_or_none(self, key: str) -> int | None:

@@ -157,9 +157,13 @@ def test_what_an_option_offers_exists(name: str) -> None:
         pytest.param(("info", "-d", ""), "is empty; leave --device out", id="empty-device"),
         pytest.param(("info", "-d", " "), "is empty; leave --device out", id="blank-device"),
         pytest.param(
-            ("catalog", "-o", "map.md"), "map.md: the suffix .md stands for no format", id="unknown-suffix"
+            ("catalog", "-o", "map.doc"), "map.doc: the suffix .doc stands for no format", id="unknown-suffix"
         ),
-        pytest.param(("catalog", "-o", "map.MD"), "use .json, .jsonl, .csv, .txt", id="suffixes-are-listed"),
+        pytest.param(
+            ("catalog", "-o", "map.DOC"),
+            "use .json, .jsonl, .csv, .txt, .md, .html",
+            id="suffixes-are-listed",
+        ),
     ],
 )
 def test_contradictions_are_usage_errors(

@@ -15,14 +15,15 @@ from sphero_probe.cli.run import progress
 from sphero_probe.cli.values import FORMATS, Output
 from sphero_probe.errors import OutputError
 from sphero_probe.probing.facts import Fact
+from sphero_probe.reports.registry import PAGES
 from sphero_probe.reports.rows import fact_row
 from sphero_probe.reports.streams import takes_unicode
 from sphero_probe.reports.views import FACTS
 from tests.support.cli import Cli
 
 STREAMING = ("sphero.set_data_streaming 0028000100006000 00", "--allow", "write", "--device", "fake:bb8")
-AT_ONCE = [name for name in FORMATS if name != "table"]
-"""The formats that write row by row; a table is as wide as its widest row."""
+AT_ONCE = [name for name in FORMATS if name not in PAGES]
+"""The formats that write row by row; a page is made of all rows."""
 
 
 def value_of(number: int) -> str:
@@ -196,7 +197,7 @@ def test_rows_that_run_over_a_terminal_are_not_mixed_with_a_bar(
     terminal = on_terminal(monkeypatch)
     with progress("sweep", Output(name, None, "never")) as advance:
         advance(3, 12)
-    assert bool(terminal.getvalue()) is (name == "table")
+    assert bool(terminal.getvalue()) is (name in PAGES)
 
 
 def test_a_terminal_shows_the_run_on_one_screen_when_the_report_goes_to_a_file(

@@ -13,7 +13,7 @@ import pytest
 from sphero_probe.errors import UsageError
 from sphero_probe.probing.facts import Fact
 from sphero_probe.reports import views
-from sphero_probe.reports.registry import FORMATS, Style, open_report
+from sphero_probe.reports.registry import FORMATS, PAGES, Style, open_report
 from sphero_probe.reports.rows import (
     fact_row,
     finding_row,
@@ -44,7 +44,7 @@ def test_every_row_is_told_in_every_format(form: str) -> None:
             assert any(
                 row.get("did") == pair[0] and row.get("cid") == pair[1] for row in objects(form, shown)
             )
-        elif form == "table":
+        elif form in PAGES:
             assert f"0x{pair[0]:02x}:0x{pair[1]:02x}" in shown
         else:
             assert any(
@@ -112,6 +112,7 @@ def test_jsonl_is_written_as_it_comes() -> None:
         pytest.param("plain", "", id="plain"),
         pytest.param("csv", "name,model,generation,address,rssi\n", id="csv"),
         pytest.param("table", "No robots found.\n", id="table"),
+        pytest.param("md", "No robots found.\n\n", id="md"),
     ],
 )
 def test_no_rows_at_all(form: str, expected: str) -> None:

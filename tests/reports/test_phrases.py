@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sphero_probe.reports import address_phrases, phrases, views
+from sphero_probe.reports.registry import FORMATS
 from sphero_probe.reports.rows import Row
 from tests.support.reports_by_hand import rendered
 
@@ -129,7 +130,7 @@ def test_robots() -> None:
         ),
         max_size=8,
     ),
-    st.sampled_from(["table", "plain", "csv", "json", "jsonl"]),
+    st.sampled_from(sorted(FORMATS)),
 )
 def test_rows_of_an_untrusted_file_are_shown_whatever_they_hold(
     made: list[tuple[str, dict[str, Any], str]], form: str
@@ -137,6 +138,7 @@ def test_rows_of_an_untrusted_file_are_shown_whatever_they_hold(
     rows = [Row(type_, data | {"outcome": outcome}) for type_, data, outcome in made]
     for view in (
         views.FINDINGS,
+        views.PROTOCOL,
         views.FINDING,
         views.PACKETS,
         views.NOTES,

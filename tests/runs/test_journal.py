@@ -23,7 +23,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 from sphero_probe.runs.decode import Opening, decode, digest_of
 from sphero_probe.runs.encode import encode
-from sphero_probe.runs.fields import parse
+from sphero_probe.runs.fields import Fields, parse
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.reader import Recorded, read_journal
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
@@ -523,3 +523,9 @@ def test_an_empty_journal_is_started_again(tmp_path: Path) -> None:
     assert read_journal(path) == Recorded(path, None, [], {}, {}, [], None, 0, False)
     ran = ask("bolt", SMALL, path, resume=True)
     assert in_order(read_journal(path).records()) == in_order(ran.records)
+
+
+@pytest.mark.parametrize("consent", [[[]], [{}], ["read", None], ["read"] * 7, "read", None])
+def test_risk_classes_are_checked_whatever_their_type(consent: object) -> None:
+    with pytest.raises(BadLineError, match="not a list of risk classes"):
+        Fields({"consent": consent}).risks("consent")

@@ -2,23 +2,21 @@
 
 from typing import Final, TextIO, TypeVar
 
-from sphero_probe.catalogue.model import Robot
 from sphero_probe.probing.finding import Outcome
-from sphero_probe.probing.node_notes import SURVEY
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
-from sphero_probe.reports.address_phrases import other_nodes
 from sphero_probe.reports.differences import differences
-from sphero_probe.reports.finding_line import Data, FindingLine, line_of, robot_of
+from sphero_probe.reports.finding_line import Data, FindingLine
 from sphero_probe.reports.nodes_page import write_nodes
 from sphero_probe.reports.phrases import remarked, shown
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_blocked import blocked_by_class, blocked_by_reason
-from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.run_heading import calibration_lines, heading_lines
+from sphero_probe.reports.run_rows import RunRows
 from sphero_probe.reports.sweep_sections import Section
 from sphero_probe.reports.terminal import Shape, TerminalWriter
+from sphero_probe.reports.views import View
 
 _Part = TypeVar("_Part")
 _CROWD: Final = 32
@@ -40,84 +38,75 @@ _SHAPES: Final = (
 class SweepTable:
     """Collects the rows of a run and writes the page at the end."""
 
-    def __init__(self, out: TextIO, style: Style, nothing: str = "", *, brief: bool = False) -> None:
+    def __init__(self, out: TextIO, view: View, style: Style, *, brief: bool = False) -> None:
         """Open the page.
 
         Args:
             out: where it is written.
+            view: which findings, and what it says without a row.
             style: what ``out`` can show.
-            nothing: what it says without a row.
             brief: write only what fits on one screen.
         """
         self._brief, self._detail = brief, style.detail
         self._writer = TerminalWriter(out, style)
         self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
-        self._nothing = nothing
-        self._held: dict[str, list[Data]] = {"run": [], "finding": [], "note": [], "summary": []}
-        self._run_ending = RunEnding()
+        self._view = view
+        self._rows = RunRows()
 
     def add(self, row: Row) -> None:
         """Keep a row of a run; rows of other types are left out."""
-        if row.type in self._held:
-            self._held[row.type].append(row.data)
-            self._run_ending.add(row)
+        self._rows.add(row)
 
     def close(self) -> None:
         """Write the page."""
-        heading = self._held["run"][0] if self._held["run"] else None
-        robot = robot_of(heading)
-        lines = [line_of(data, robot) for data in words.latest(self._held["finding"])]
-        lines.sort(key=lambda line: line.number)
+        rows, selection = self._rows, self._view.selection
+        lines = rows.lines(in_order=bool(selection.sort))
         places = words.places(lines)
-        apart = heading is None or len(places) > 1
-        self._overview(heading, robot, lines, places)
+        apart = rows.heading is None or len(places) > 1
+        self._overview(lines, places)
         if not self._brief:
             self._survey()
-            self._sections(words.sections(lines, robot), apart=apart)
+            self._sections(words.sections(lines, rows.robot, selection), apart=apart)
             self._blocked(lines, apart=apart)
-            self._absent(lines)
+            if not selection.filters:
+                self._absent(lines)
         self._writer.flush()
 
-    def _overview(
-        self, heading: Data | None, robot: Robot | None, lines: list[FindingLine], places: list[str]
-    ) -> None:
+    def _overview(self, lines: list[FindingLine], places: list[str]) -> None:
         """Write what fits on one screen: the robot, the counts, the differences, the troubles."""
-        notes = self._held["note"]
-        executed = [note for note in notes if note.get("kind") == EXECUTED]
+        rows = self._rows
+        executed = rows.notes_of(EXECUTED)
         for note in executed:
             self._writer.say(f"Executed: {shown(note.get('text'))}", "bold red", limit=_LINE)
         if executed:
             self._writer.skip()
-        who, *rest = heading_lines(heading, places, calibration_lines(notes, robot)) if heading else [""]
+        calibration = calibration_lines(rows.notes, rows.robot)
+        who, *rest = heading_lines(rows.heading, places, calibration) if rows.heading else [""]
         if who:
             self._writer.say(who, "bold", limit=_LINE)
-        self._counts(heading, lines)
+        self._counts(lines)
         for text in rest:
             self._writer.say(text, limit=_LINE)
-        told = ("calibration", "evidence", EXECUTED, SURVEY, "comparison")
-        troubles = [note for note in notes if note.get("kind") not in told]
-        others = other_nodes(words.latest(self._held["finding"]), robot)
-        for text in (*words.doubts(lines), *words.remarks(troubles, self._times), *others):
+        for text in (*words.doubts(lines), *words.remarks(rows.remarks, self._times), *rows.other_nodes):
             self._writer.say(text, limit=_LINE)
-        self._differences([note for note in notes if note.get("kind") == "comparison"])
+        self._differences(rows.notes_of("comparison"))
 
-    def _counts(self, heading: Data | None, lines: list[FindingLine]) -> None:
-        """Write the run in a sentence, and why it is incomplete."""
-        summary = self._held["summary"][-1] if self._held["summary"] else None
-        if summary:
-            self._writer.say(words.ending(summary, lines), "bold")
-            if not summary.get("complete"):
-                said = "; ".join(self._run_ending.reasons)
-                self._writer.say(f"Incomplete: {said}.", "bold yellow")
-        elif heading:
-            self._writer.say("Incomplete: the record of this run ends before the run did.", "bold yellow")
-        elif not lines and not self._held["note"]:
-            self._writer.say(self._nothing)
+    def _counts(self, lines: list[FindingLine]) -> None:
+        """Write the run in a sentence, why it is incomplete, and how many findings are shown."""
+        rows = self._rows
+        if rows.summary:
+            self._writer.say(words.ending(rows.summary, lines), "bold")
+        elif not (rows.heading or lines or rows.notes):
+            self._writer.say(self._view.empty)
+        for text in rows.troubles():
+            self._writer.say(text, "bold yellow")
+        for text in rows.selected:
+            self._writer.say(text)
 
     def _survey(self) -> None:
-        """Write which nodes the robot has; a resumed run has asked for them several times."""
-        surveys = [note for note in self._held["note"] if note.get("kind") == SURVEY]
-        system, nodes = (surveys[-1].get(key) for key in ("system", "nodes")) if surveys else (None, None)
+        """Write which nodes the robot has."""
+        survey = self._rows.survey
+        system, nodes = (survey.get(key) for key in ("system", "nodes")) if survey else (None, None)
         if isinstance(system, dict) and isinstance(nodes, list):
             self._writer.skip()
             self._writer.say("Nodes", "bold")
@@ -154,7 +143,7 @@ class SweepTable:
 
     def _blocked(self, lines: list[FindingLine], *, apart: bool) -> None:
         """Write what was not sent: a line for each class, or with ``detail`` each reason and its commands."""
-        if not any(line.outcome == Outcome.SKIPPED.value for line in lines):
+        if not any(line.outcome == Outcome.SKIPPED for line in lines):
             return
         self._writer.skip()
         if self._detail:

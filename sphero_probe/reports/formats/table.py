@@ -65,7 +65,7 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
     if view.type == FINDINGS.type and not view.upright:
         from sphero_probe.reports.formats.sweep_table import SweepTable  # noqa: PLC0415 - lists do without asyncio
 
-        return SweepTable(out, style, view.empty)
+        return SweepTable(out, view, style)
     if view.type == "node":
         from sphero_probe.reports.formats.nodes_table import NodesTable  # noqa: PLC0415 - likewise
 
