@@ -65,6 +65,10 @@ def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, t
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
     if "my-robot.json" in line:
         cli("evidence", "--device", "fake:bolt-plus", "-o", "my-robot")
+    for name in re.findall(r"\b(?:before|after)\.json\b", line) if line.startswith("diff") else ():
+        cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus", "-o", name)
+    if "--baseline " in line and "--baseline-update" not in line:
+        cli(*shlex.split(line), "--baseline-update")
     robot = FakeRobot(parse_settings("bolt-plus"))
     with FakeBlueZ(
         [Peripheral("BP-1234", "AA:BB:CC:DD:EE:01", robot=robot, services=sphero_v2(gate=False))]

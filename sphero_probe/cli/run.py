@@ -5,6 +5,7 @@ from asyncio import Event
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
@@ -30,7 +31,12 @@ from sphero_probe.session.session import Session
 
 
 def run_plan(
-    plan: Plan, output: Output, connecting: ConnectOptions, asking: AskOptions, journal: RunJournal
+    plan: Plan,
+    output: Output,
+    connecting: ConnectOptions,
+    asking: AskOptions,
+    journal: RunJournal,
+    baseline: Baseline,
 ) -> Heading | None:
     """Run a plan, report it and keep its journal; return the heading of the run.
 
@@ -40,9 +46,11 @@ def run_plan(
         connecting: which robot.
         asking: what is allowed, and of which node.
         journal: of the run, entered.
+        baseline: what to compare the run with; one that is incomplete is compared, too, and not written.
 
     Raises:
-        SpheroProbeError: the robot cannot be reached, or the link was lost.
+        SpheroProbeError: the robot cannot be reached, the link was lost, or a complete run differs from its
+            baseline.
         InterruptedRunError: a signal ended the run.
         IncompleteError: part of the plan has no result for another reason; the message names it.
     """
@@ -71,17 +79,22 @@ def run_plan(
                         shown(row)
                         if isinstance(record, Heading):
                             heading = record
+                        baseline.add(record)
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
+                    baseline.compare(run.findings, session.link.codec, rows)
                 finally:
                     with suppress(LinkLostError):
                         await stop_motors(session.link, run.target)
 
     with resume_hint(journal, connecting, consent):
         run_interruptible(interrupts, work())
+        baseline.show(output)
         if not complete:
+            baseline.keep()
             raise IncompleteError(ending.message())
+    baseline.finish()
     return heading
 
 

@@ -11,7 +11,7 @@ from sphero_probe.errors import RefusedByPolicyError, UsageError
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
-FORMATS: Final = ("table", "plain", "json", "jsonl", "csv", "md", "html")
+FORMATS: Final = ("table", "plain", "json", "jsonl", "csv", "md", "html", "junit")
 """The names of the formats: a copy of the reports', for the same reason."""
 TOLERANCES: Final = ("source", "seq", "flags")
 """In what answers may differ; a copy of the link's, likewise."""
@@ -27,6 +27,7 @@ SUFFIXES: Final = {
     ".txt": "table",
     ".md": "md",
     ".html": "html",
+    ".xml": "junit",
 }
 """Suffix of an output file -> its format."""
 
@@ -117,6 +118,18 @@ class JournalOptions(NamedTuple):
     file: str | None = None
     off: bool = False
     resume: str | None = None
+
+
+class BaselineOptions(NamedTuple):
+    """What a run is compared with.
+
+    Attributes:
+        file: an earlier run, None for nothing.
+        update: write the run to that file.
+    """
+
+    file: str | None = None
+    update: bool = False
 
 
 class Output(NamedTuple):

@@ -45,7 +45,7 @@ def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
     Returns:
         A note, None if nothing differs.
     """
-    claims = _claims(findings, codec)
+    claims = claims_of(findings, codec)
     exists = [finding for finding in findings if finding.outcome is Outcome.EXISTS]
     absent = {_triple(finding) for finding in findings if finding.outcome is Outcome.ABSENT}
     gone = _absent_devices(findings, codec)
@@ -91,7 +91,8 @@ def _is_hidden(triple: _Triple, claims: Claims) -> bool:
     return target in claims.nodes and (target, did) not in claims.devices
 
 
-def _claims(findings: Sequence[Finding], codec: Codec) -> Claims:
+def claims_of(findings: Sequence[Finding], codec: Codec) -> Claims:
+    """Return the devices and commands that the robot listed in the answers of a run."""
     devices = row_for(codec.generation, WellKnown.CLAIMED_DEVICES)
     commands = row_for(codec.generation, WellKnown.CLAIMED_COMMANDS)
     claims = Claims(set(), set(claimed_devices(findings, codec)), set(), set())

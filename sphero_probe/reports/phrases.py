@@ -13,7 +13,8 @@ from sphero_probe.reports.ids import spans
 Data = Mapping[str, object]
 
 _ID_FIELDS = frozenset(("did", "dids", "cid", "cids"))
-_VALUE_NAMES = re.compile(r"\{\w*\}")
+_NOT_FOR_PEOPLE = re.compile(r"\{\w*\}|[!~]")
+"""The names of a field's values, and the marks of an identifying or volatile one."""
 _NEEDS_QUOTES = frozenset(' ,"')
 
 
@@ -227,7 +228,7 @@ def switch(data: Data) -> str:
 
 def layout(value: object) -> str:
     """Return the layout of a payload for people: ``unknown``, or ``nothing`` for no bytes."""
-    return "unknown" if value is None else _VALUE_NAMES.sub("", shown(value)) or "nothing"
+    return "unknown" if value is None else _NOT_FOR_PEOPLE.sub("", shown(value)) or "nothing"
 
 
 def layout_record(value: object) -> str:

@@ -19,10 +19,11 @@ FORMATS: Final[dict[str, str]] = {
     "csv": "sphero_probe.reports.formats.csv_rows",
     "md": "sphero_probe.reports.formats.markdown",
     "html": "sphero_probe.reports.formats.html",
+    "junit": "sphero_probe.reports.formats.junit_xml",
 }
 """Name -> the module that writes it."""
-PAGES: Final = frozenset(("table", "md", "html"))
-"""The formats for people, which are written when all rows have arrived."""
+PAGES: Final = frozenset(("table", "md", "html", "junit"))
+"""The formats that are written when all rows have arrived."""
 
 
 class Style(NamedTuple):

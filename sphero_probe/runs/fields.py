@@ -109,6 +109,14 @@ class Fields:
             pass
         raise BadLineError(f"{key} is not hexadecimal")
 
+    def text_or_none(self, key: str, limit: int) -> str | None:
+        """A text of limited length, or null."""
+        return None if self._data.get(key) is None else self.text(key, limit)
+
+    def raw_or_none(self, key: str) -> bytes | None:
+        """Bytes, or null."""
+        return None if self._data.get(key) is None else self.raw(key)
+
     def flag(self, key: str) -> bool:
         """True or false."""
         value = self._data.get(key)

@@ -107,10 +107,7 @@ def read_journal(path: Path) -> Recorded:
     Raises:
         BadInputFileError: it cannot be read, or is not a journal of this tool; the message names the line.
     """
-    try:
-        descriptor = os.open(path, os.O_RDONLY | FLAGS)
-    except (OSError, ValueError) as error:
-        raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
+    descriptor = open_regular(path)
     collecting = gc.isenabled()
     gc.disable()  # a journal is very many small objects without cycles: looking for some costs a seventh
     try:
@@ -119,6 +116,32 @@ def read_journal(path: Path) -> Recorded:
         os.close(descriptor)
         if collecting:
             gc.enable()
+
+
+def open_regular(path: Path) -> int:
+    """Return a descriptor to read a file, which the caller closes.
+
+    Raises:
+        BadInputFileError: it cannot be read, is not a regular file, or is larger than any journal.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDONLY | FLAGS)
+    except (OSError, ValueError) as error:
+        raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
+    try:
+        _check_regular(descriptor, path)
+    except BadInputFileError:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def _check_regular(descriptor: int, path: Path) -> None:
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
+        raise BadInputFileError(f"{path}: not a regular file")
+    if status.st_size > MAX_FILE:
+        raise BadInputFileError(f"{path}: larger than {MAX_FILE} bytes: not a journal")
 
 
 def read_descriptor(descriptor: int, path: Path) -> Recorded:
@@ -131,11 +154,7 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
     Raises:
         BadInputFileError: see ``read_journal``.
     """
-    status = os.fstat(descriptor)
-    if not stat.S_ISREG(status.st_mode):
-        raise BadInputFileError(f"{path}: not a regular file")
-    if status.st_size > MAX_FILE:
-        raise BadInputFileError(f"{path}: larger than {MAX_FILE} bytes: not a journal")
+    _check_regular(descriptor, path)
     opening: Opening | None = None
     headings: list[Heading] = []
     findings: dict[int, Finding] = {}

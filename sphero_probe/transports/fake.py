@@ -160,6 +160,20 @@ def _read_topology(name: str) -> Wiring:
     return parse_topology(text, name)
 
 
+def built_in_robot(rest: str) -> FakeRobot:
+    """Return the robot of an address, with no line to it and no evidence kept.
+
+    Args:
+        rest: of the address, ``MODEL?key=value&…``.
+
+    Raises:
+        UsageError: an unknown model or key, or a value that makes no sense.
+        BadInputFileError: the topology file cannot be read, or is none.
+    """
+    settings = parse_settings(rest)
+    return FakeRobot(settings, wiring=_read_topology(settings.topology) if settings.topology else None)
+
+
 @asynccontextmanager
 async def open_connection(rest: str, _options: OpenOptions) -> AsyncIterator[Connection]:
     """Open ``MODEL?key=value&…``; ``Connection.again`` reaches the same robot, whose ledger then grows on.

@@ -351,6 +351,8 @@ def test_encode_refuses(text: str, values: dict[str, Any], message: str) -> None
         pytest.param("x:const=300", id="constant beyond a byte"),
         pytest.param("x:const=1*2", id="repeated constant"),
         pytest.param("x:const=1!", id="identifying constant"),
+        pytest.param("x:const=1~", id="volatile constant"),
+        pytest.param("x:u8~!", id="marks in another order"),
         pytest.param("x:bytes/2", id="scaled bytes"),
         pytest.param("x:cstring*", id="repeated text"),
         pytest.param("x:uint*2", id="repeated uint"),
@@ -398,3 +400,13 @@ def test_layouts_of_one_text_are_equal() -> None:
     assert Layout("a:u8") == Layout("a:u8") != Layout("a:u16")
     assert len({Layout("a:u8"), Layout("a:u8")}) == 1
     assert repr(Layout("a:u8")) == "Layout('a:u8')"
+
+
+def test_the_mark_of_a_volatile_field_changes_nothing_else() -> None:
+    marked, bare = (
+        Layout("id:cstring*4!~ level:u8[%]~ more:u16?"),
+        Layout("id:cstring*4! level:u8[%] more:u16?"),
+    )
+    assert [field.volatile for field in marked.fields] == [True, True, False]
+    assert tuple(field._replace(volatile=False) for field in marked.fields) == bare.fields
+    assert marked.decode(b"ab\0\0\x57") == bare.decode(b"ab\0\0\x57")

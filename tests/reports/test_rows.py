@@ -186,7 +186,7 @@ def test_command() -> None:
     evidence = ["provenance", "firmware", "enabled_by", "since"]
     assert list(row.data) == [*ids, "request", "response", "robots", "sources", "aliases", "note", *evidence]
     assert row.data["request"] == ""
-    assert row.data["response"] == "percentage:u8[%]"
+    assert row.data["response"] == "percentage:u8[%]~"
     assert row.data["robots"] == {key: list(nodes) for key, nodes in known.nodes.items()}
     assert row.data["robots"]["rvr"] == [1]
     assert row.data["kind"] == "command"

@@ -14,7 +14,7 @@ from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Summar
 from sphero_probe.probing.judge import judge
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation, Malformed, Notification, Response
-from sphero_probe.reports import checks, views
+from sphero_probe.reports import checks, diff_rows, views
 from sphero_probe.reports.registry import Style, open_report
 from sphero_probe.reports.rows import (
     Row,
@@ -29,6 +29,8 @@ from sphero_probe.reports.rows import (
     robot_row,
     summary_row,
 )
+from sphero_probe.runs.diff import compare
+from sphero_probe.runs.sides import observation_of, run_side
 from sphero_probe.transports.base import Seen
 
 V2 = Generation.V2
@@ -248,8 +250,29 @@ def hostile_rows(text: str) -> dict[str, tuple[views.View, list[Row]]]:
             [Row("code", dict.fromkeys(("generation", "code", "name", "meaning", "proves"), text))],
         ),
         "facts": (views.FACTS, [fact_row(Fact(text, text, text, text)), fact_row(Fact("x", float("nan")))]),
+        "differences": (diff_rows.DIFFERENCES, differences(text)),
         "checks": (checks.CHECKS, [checks.check_row(text, checks.Look(checks.State.FAIL, text, text))]),
     }
+
+
+def differences(text: str) -> list[Row]:
+    """A comparison with untrusted text in every place that can hold some."""
+    raw = text.encode("utf-8", "surrogatepass")[:200]
+    heading = HEADING._replace(model=text, device=text, firmware={text: text, "primary": text}, started=text)
+    old = [
+        answered(1, 0x13, 0x99, 0x02),
+        answered(2, 0x19, 0x04, 0x00, b"x\0"),
+        answered(3, 0x13, 0x98, 0x05),
+    ]
+    new = [
+        answered(1, 0x13, 0x99, 0x05, raw),
+        answered(2, 0x19, 0x04, 0x00, raw + b"\0"),
+        refused(3, 0x13, 0x98, Risk.PERSIST, text),
+    ]
+    named = [observation_of(finding)._replace(name=text) for finding in new]
+    before = run_side(text, "run", CODEC, HEADING, map(observation_of, old), complete=True)
+    after = run_side(text, "report", CODEC, heading, named, complete=False)
+    return diff_rows.diff_rows(compare(before, after, values=True))
 
 
 LISTS = {name: held for name, held in hostile_rows("BP-1234 ready").items() if name != "run"}

@@ -33,6 +33,7 @@ _FIELD = (
     r"(?P<repeat>\*(?P<count>[1-9][0-9]*)?)?"
     r"(?P<optional>\?)?"
     r"(?P<identifying>!)?"
+    r"(?P<volatile>~)?"
 )
 
 
@@ -50,6 +51,8 @@ class Field(NamedTuple):
         const: the one value that is ever sent, None for an ordinary field.
         optional: some robots or firmwares leave it out.
         identifying: it tells one robot from others of its model, or says something about its owner.
+        volatile: the value changes by itself, as that of a sensor, a battery or a clock does; two runs of one
+            robot differ in it.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Field(NamedTuple):
     const: int | None = None
     optional: bool = False
     identifying: bool = False
+    volatile: bool = False
 
     @property
     def width(self) -> int:
@@ -103,6 +107,7 @@ def parse_field(word: str) -> Field:
         and not (kind == "uint" and repeat)
         and not (found["optional"] and (kind == "const" or to_end))
         and not (found["identifying"] and kind == "const")
+        and not (found["volatile"] and kind == "const")
         and not (found["values"] and (found["values"] not in VALUE_NAMES or found["scale"] or kind == "f32"))
     )
     if not sensible:
@@ -118,6 +123,7 @@ def parse_field(word: str) -> Field:
         const=const,
         optional=bool(found["optional"]),
         identifying=bool(found["identifying"]),
+        volatile=bool(found["volatile"]),
     )
 
 

@@ -2,8 +2,8 @@
 
 Fields are separated by spaces. The grammar of a field::
 
-    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?][!] percentage:u8[%]   frames:u16*   counts:i32*2
-    name:const=NUMBER                                            end:const=0
+    name:TYPE[/SCALE][{VALUE_NAMES}]["["UNIT"]"][*[COUNT]][?][!][~] level:u8[%]~   frames:u16*   counts:i32*2
+    name:const=NUMBER                                               end:const=0
 
 ``TYPE`` is one of ``u8 u16 u32 u64 i8 i16 i32 f32 bool bytes cstring uint``. Numbers of several bytes are
 big-endian [vendor]. ``bytes`` and ``cstring`` run to the end unless a count gives their width; a ``cstring``
@@ -11,6 +11,8 @@ also ends at its first NUL. ``uint`` is one unsigned number over all remaining b
 without a count repeats to the end. ``?`` marks an optional field. A field that runs to the end or is optional
 must be the last one. ``""`` is an empty payload. ``SCALE`` may have decimals: ``u8/2.55[%]``. ``!`` marks a
 field that identifies one robot or its owner: ``mac_address:cstring!``. It is replaced in what is shared.
+``~`` marks a volatile field: its value changes by itself, like that of a sensor, a battery or a clock, so a
+comparison of two runs leaves it out.
 
 Where robots or firmware versions use several lengths of the same payload, the layout has one variant per
 length, separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by the first variant that matches

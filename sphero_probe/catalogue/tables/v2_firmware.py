@@ -48,7 +48,7 @@ ROWS = (
     notification(0x1E, 0x09, "wifi.update_done_complete", None, "", "pysphero"),
     command(0x1F, 0x11, "factory_test.set_test_fixture_result", Risk.BRICK, None, None, "", "sdk"),
     command(0x1F, 0x12, "factory_test.get_test_fixture_result", Risk.READ, None, None, "", "sdk"),
-    command(0x1F, 0x13, "factory_test.get_factory_mode_challenge", Risk.READ, "", "challenge:u32", "rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
+    command(0x1F, 0x13, "factory_test.get_factory_mode_challenge", Risk.READ, "", "challenge:u32~", "rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x14, "factory_test.enter_factory_mode", Risk.BRICK, "challenge:u32", "", "rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x15, "factory_test.exit_factory_mode", Risk.BRICK, "", "", "mini rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),
     command(0x1F, 0x27, "factory_test.get_chassis_id", Risk.READ, "", "chassis_id:uint!", "mini rvr rvr-plus r2d2 r2q5 bb9e", "spherov2 sdk"),

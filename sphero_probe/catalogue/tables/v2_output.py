@@ -61,7 +61,7 @@ ROWS = (
     command(0x1A, 0x43, "user_io.play_compressed_frame_player_animation_with_loop_option", Risk.WRITE, "animation_id:u8 loop:bool", "", "bolt:2 bolt-plus rvr rvr-plus", "spherov2 sdk unsw", aliases="play_led_matrix_animation_with_loop_option"),
     command(0x1A, 0x44, "user_io.get_active_color_palette", Risk.READ, "", "rgb_index_bytes:bytes", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1A, 0x45, "user_io.set_active_color_palette", Risk.PERSIST, "rgb_index_bytes:bytes", "", "rvr rvr-plus", "spherov2 sdk"),
-    command(0x1A, 0x46, "user_io.get_color_identification_report", Risk.READ, "red:u8 green:u8 blue:u8 confidence_threshold:u8", "index_confidence_bytes:bytes", "rvr rvr-plus", "spherov2 sdk"),
+    command(0x1A, 0x46, "user_io.get_color_identification_report", Risk.READ, "red:u8 green:u8 blue:u8 confidence_threshold:u8", "index_confidence_bytes:bytes~", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1A, 0x47, "user_io.load_color_palette", Risk.WRITE, "palette_index:u8{ColorPaletteIndexes}", "", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1A, 0x48, "user_io.save_color_palette", Risk.PERSIST, "palette_index:u8{ColorPaletteIndexes}", "", "rvr rvr-plus", "spherov2 sdk"),
     command(0x1A, 0x49, "user_io.enable_usb_connection_notification", Risk.WRITE, None, None, "", "sdk", aliases="enable_usb_status_async"),

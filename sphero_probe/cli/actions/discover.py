@@ -2,11 +2,12 @@
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.naming import id_range
+from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.evidence_hint import suggest_evidence
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.run import run_plan
-from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.open_questions import is_known_firmware
@@ -18,6 +19,7 @@ from sphero_probe.session.commands import node
 
 def discover(
     output: Output,
+    baseline: BaselineOptions,
     journal: JournalOptions,
     connecting: ConnectOptions,
     asking: AskOptions,
@@ -30,6 +32,7 @@ def discover(
 
     Args:
         output: where and how to report.
+        baseline: what to compare the run with.
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and of which node.
@@ -46,14 +49,19 @@ def discover(
     if asking.dry_run:
         if journal.resume:
             raise UsageError("--dry-run cannot be combined with --resume")
+        if baseline.file:
+            raise UsageError("--dry-run cannot be combined with --baseline")
         consent = Consent.of(asking.allow, asking.confirm)
         show_dry_run(output, _plan(connecting.device, target, options), place, consent, target)
         return
+    compared = Baseline(baseline)
     with run_journal("discover", journal) as kept:
         if kept.opening and not (did or lengths or values):
             options = dict(kept.opening.options)
         kept.options = options
-        heading = run_plan(_plan(connecting.device, target, options), output, connecting, asking, kept)
+        heading = run_plan(
+            _plan(connecting.device, target, options), output, connecting, asking, kept, compared
+        )
     robot = ROBOTS.get(heading.robot) if heading else None
     if heading and not is_known_firmware(robot, heading.firmware):
         suggest_evidence(connecting.device, robot)

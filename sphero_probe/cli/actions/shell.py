@@ -20,14 +20,6 @@ Prompt = Callable[[], str]
 """Returns the next line that a person typed; raises EOFError at the end, KeyboardInterrupt at Ctrl-C."""
 
 
-class LineFailedError(SpheroProbeError):
-    """A line of a script failed; its own message was printed."""
-
-    def __init__(self, number: int, code: int) -> None:
-        super().__init__(f"line {number} failed with exit code {code}", "to go on after it: --keep-going")
-        self.exit_code = code
-
-
 def shell(connecting: ConnectOptions, *, keep_going: bool) -> None:
     """Read lines from a person or a script, and run each as a command, until the end.
 
@@ -36,7 +28,7 @@ def shell(connecting: ConnectOptions, *, keep_going: bool) -> None:
         keep_going: a script goes on after a line that fails.
 
     Raises:
-        LineFailedError: a line of a script failed.
+        SpheroProbeError: a line of a script failed; it has the exit code of that line.
     """
     with SharedConnection(connecting.device) as shared, _default_device(connecting.device):
         if sys.stdin is not None and sys.stdin.isatty():
@@ -84,15 +76,17 @@ def _converse(ask: Prompt) -> None:
 
 
 def _run_script(*, keep_going: bool) -> None:
-    failed: LineFailedError | None = None
+    failed: SpheroProbeError | None = None
     for number, line in enumerate(sys.stdin, 1):
         code = _run_line(line)
         if code is None:
             break
         if code:
-            failed = LineFailedError(number, code)
+            hint = "" if keep_going else "to go on after it: --keep-going"
+            failed = SpheroProbeError(f"line {number} failed with exit code {code}", hint)
+            failed.exit_code = code
             if not keep_going:
-                raise failed
+                break
     if failed:
         raise failed
 

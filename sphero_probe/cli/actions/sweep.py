@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sphero_probe.catalogue.naming import id_range
+from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.captured_plan import plan_of_capture
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.parse import hex_bytes
 from sphero_probe.cli.run import run_plan
-from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.plan import Plan
@@ -43,6 +44,7 @@ class SweepOptions(NamedTuple):
 
 def sweep(
     output: Output,
+    baseline: BaselineOptions,
     journal: JournalOptions,
     connecting: ConnectOptions,
     asking: AskOptions,
@@ -52,6 +54,7 @@ def sweep(
 
     Args:
         output: where and how to report.
+        baseline: what to compare the run with.
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and of which node.
@@ -65,16 +68,19 @@ def sweep(
     if asking.dry_run:
         if journal.resume:
             raise UsageError("--dry-run cannot be combined with --resume")
+        if baseline.file:
+            raise UsageError("--dry-run cannot be combined with --baseline")
         plan, _ = _plan(generation, options)
         target = node(asking.target, model_behind(place), port_behind(place))
         show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
         return
+    compared = Baseline(baseline)
     with run_journal("sweep", journal) as kept:
         if journal.resume and not any(options):
             plan, kept.options = _plan_of_before(generation, kept)
         else:
             plan, kept.options = _plan(generation, options)
-        run_plan(plan, output, connecting, asking, kept)
+        run_plan(plan, output, connecting, asking, kept, compared)
 
 
 def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str, str]]:

@@ -4,10 +4,16 @@ from functools import partial
 
 import click
 
+from sphero_probe.cli.baseline_options import baseline_options
 from sphero_probe.cli.complete.lazily import offer
-from sphero_probe.cli.options import asking_options, device_options, journal_options, output_options
+from sphero_probe.cli.options import (
+    asking_options,
+    device_options,
+    journal_options,
+    output_options,
+)
 from sphero_probe.cli.strict import StrictCommand
-from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
 
 
 @click.command("discover", cls=StrictCommand)
@@ -19,6 +25,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
+@baseline_options
 @partial(output_options, detail=True)
 def command(
     output: Output,
@@ -28,6 +35,8 @@ def command(
     did: str | None,
     lengths: bool,
     values: bool,
+    baseline: str | None,
+    baseline_update: bool,
 ) -> None:
     """Map a whole robot: its firmware, its nodes, its devices, every command of each.
 
@@ -40,4 +49,13 @@ def command(
     """
     from sphero_probe.cli.actions.discover import discover
 
-    discover(output, journal, connecting, asking, did, lengths=lengths, values=values)
+    discover(
+        output,
+        BaselineOptions(baseline, baseline_update),
+        journal,
+        connecting,
+        asking,
+        did,
+        lengths=lengths,
+        values=values,
+    )

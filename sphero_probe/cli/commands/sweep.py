@@ -4,10 +4,16 @@ from functools import partial
 
 import click
 
+from sphero_probe.cli.baseline_options import baseline_options
 from sphero_probe.cli.complete.lazily import offer
-from sphero_probe.cli.options import asking_options, device_options, journal_options, output_options
+from sphero_probe.cli.options import (
+    asking_options,
+    device_options,
+    journal_options,
+    output_options,
+)
 from sphero_probe.cli.strict import StrictCommand
-from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
 
 
 @click.command("sweep", cls=StrictCommand, words_belong_to="--did")
@@ -32,6 +38,7 @@ from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, 
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
+@baseline_options
 @partial(output_options, detail=True)
 def command(
     output: Output,
@@ -43,6 +50,8 @@ def command(
     plan: str | None,
     payload: str | None,
     capture: str | None,
+    baseline: str | None,
+    baseline_update: bool,
 ) -> None:
     """Probe ranges of commands, or a plan, and report what exists.
 
@@ -55,4 +64,11 @@ def command(
     """
     from sphero_probe.cli.actions.sweep import SweepOptions, sweep
 
-    sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload, capture))
+    sweep(
+        output,
+        BaselineOptions(baseline, baseline_update),
+        journal,
+        connecting,
+        asking,
+        SweepOptions(did, cid, plan, payload, capture),
+    )

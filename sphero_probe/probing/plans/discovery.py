@@ -57,6 +57,18 @@ def discovery(
     return Plan("discover", "the full map of a robot", stages, verify=True, survey=True)
 
 
+def claims(generation: Generation, target: int | None) -> Plan:
+    """Return the plan that asks a robot only for its own list: of each node the devices, and their commands.
+
+    Args:
+        generation: its protocol.
+        target: address byte of its usual node; None where addresses are left out, and then for no other node.
+    """
+    map_ = _Map(generation, target, ())
+    stages: list[Stage] = [map_.claimed_devices(), map_.nodes(), map_.claimed_devices_of_others]
+    return Plan("claims", "what a robot says it has", [*stages, map_.claimed_commands])
+
+
 class _Map:
     """Makes the stages; what was found so far comes in with each."""
 
@@ -85,7 +97,7 @@ class _Map:
             if probe and probe not in asked:
                 yield Probe(probe)
 
-    def _claimed_devices_of_others(self, findings: _Findings) -> Iterator[Probe]:
+    def claimed_devices_of_others(self, findings: _Findings) -> Iterator[Probe]:
         """Stage 2, continued: the same question for every other node that was found."""
         row = row_for(self._generation, WellKnown.CLAIMED_DEVICES)
         for target in self._nodes(findings):
@@ -109,7 +121,7 @@ class _Map:
 
         def stage(findings: _Findings) -> Iterator[Probe]:
             first = cid == IMPOSSIBLE_CIDS[0]
-            yield from self._claimed_devices_of_others(findings) if first else self.claimed_commands(findings)
+            yield from self.claimed_devices_of_others(findings) if first else self.claimed_commands(findings)
             closed = self._closed(findings)
             for target in self._nodes(findings):
                 for did in self._dids:

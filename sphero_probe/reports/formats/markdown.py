@@ -52,4 +52,8 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
         from sphero_probe.reports.formats.markdown_catalogue import MarkdownCatalogue  # noqa: PLC0415 - likewise
 
         return MarkdownCatalogue(out, view, style)
+    if view.type == "difference":
+        from sphero_probe.reports.formats.markdown_diff import MarkdownDiff  # noqa: PLC0415 - likewise
+
+        return MarkdownDiff(out, style)
     return MarkdownList(out, view, style)

@@ -70,4 +70,8 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
         from sphero_probe.reports.formats.nodes_table import NodesTable  # noqa: PLC0415 - likewise
 
         return NodesTable(out, style, view.empty)
+    if view.type == "difference":
+        from sphero_probe.reports.formats.diff_table import DiffTable  # noqa: PLC0415 - likewise
+
+        return DiffTable(out, style)
     return ListTable(out, view, style)
