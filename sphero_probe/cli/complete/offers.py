@@ -28,11 +28,21 @@ if TYPE_CHECKING:
 
 _PLAIN: Final = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.")
 _BUILT_IN: Final = "fake:"
+_RECORDED: Final = "replay:"
 
 
 def offer_devices(_: Context, start: str) -> "Offers":
-    """Offer the robots of the last scan, the built-in ones, and the other kinds of address."""
-    words: dict[str, str] = {}
+    """Offer the robots of the last scan, the built-in ones, and the other kinds of address.
+
+    After ``replay:``, offer the recorded runs and files.
+    """
+    if start.startswith(_RECORDED):
+        kept = (str(path) for path in journal_files())
+        words: dict[str, str] = {
+            f"{_RECORDED}{path}": "" for path in kept if (_PLAIN | {"/"}).issuperset(path)
+        }
+        return [*_beginning(start, words), CompletionItem(start.removeprefix(_RECORDED), type="file")]
+    words = {}
     scheme = "ble:" if start.startswith("ble:") else ""
     for robot in recall():
         words[scheme + robot.name] = robot.model

@@ -19,6 +19,7 @@ from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.run_heading import calibration_lines, heading_lines
 from sphero_probe.reports.sweep_sections import Section
 from sphero_probe.reports.terminal import Shape, TerminalWriter
+from sphero_probe.transports.recordings import EXCHANGES
 
 _Part = TypeVar("_Part")
 _CROWD: Final = 32
@@ -94,7 +95,7 @@ class SweepTable:
         self._counts(heading, lines)
         for text in rest:
             self._writer.say(text, limit=_LINE)
-        told = ("calibration", "evidence", EXECUTED, SURVEY, "comparison")
+        told = ("calibration", "evidence", EXECUTED, SURVEY, "comparison", EXCHANGES)
         troubles = [note for note in notes if note.get("kind") not in told]
         others = other_nodes(words.latest(self._held["finding"]), robot)
         for text in (*words.doubts(lines), *words.remarks(troubles, self._times), *others):
