@@ -12,7 +12,7 @@ from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.calibrator import Calibrator, Wanted
-from sphero_probe.probing.comparison import compare
+from sphero_probe.probing.comparison import comparisons
 from sphero_probe.probing.exchange_notes import exchange_notes, exchanges_kept
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
@@ -131,7 +131,7 @@ class Engine:
         self._notes += unavailable_notes(self.findings, self.link.codec, self.link.policy.robot)
         for note in self._take_notes():
             yield note
-        if self.plan.verify and (difference := compare(self.findings, self.link.codec)):
+        for difference in comparisons(self.plan, self.findings, self.link.codec):
             yield difference
         yield Summary(
             dict(Counter(finding.outcome for finding in self.findings)),
