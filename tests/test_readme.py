@@ -11,6 +11,7 @@ from sphero_probe.cli.group import COMMANDS
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.simulator import FakeRobot, parse_settings
 from sphero_probe.simulator.settings import KEYS
+from sphero_probe.transports.replay import KEYS as REPLAY_KEYS
 from tests.support.captures import CAPTURES
 from tests.support.cli import Cli
 from tests.support.fake_bluez import FakeBlueZ, Peripheral, sphero_v2
@@ -61,6 +62,8 @@ def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, t
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "btsnoop_hci.log").write_bytes(CAPTURES["btsnoop 1002"]())
+    if "replay:run.jsonl" in line:
+        cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus", "--journal", "run.jsonl")
     if "last" in line or line == "runs":
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
     if "my-robot.json" in line:
@@ -94,8 +97,8 @@ def test_every_command_is_in_it(command: str) -> None:
     assert f"$ sphero-probe {command}" in README
 
 
-@pytest.mark.parametrize("key", KEYS)
-def test_every_key_of_the_fake_has_a_row(key: str) -> None:
+@pytest.mark.parametrize("key", [*KEYS, *REPLAY_KEYS])
+def test_every_key_of_a_simulated_robot_has_a_row(key: str) -> None:
     assert f"`{key}=" in PAGES["docs/built-in-robot.md"]
 
 

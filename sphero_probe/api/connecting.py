@@ -31,8 +31,8 @@ async def connect(
     """Connect to a robot; leaving the block stops its motors, where they were allowed, and disconnects.
 
     Args:
-        device: ``"BP-1234"``, a MAC address, ``"serial:/dev/ttyS0"``, ``"fake:bolt-plus"``, as in
-            ``--device`` on the command line; empty for the only robot nearby.
+        device: ``"BP-1234"``, a MAC address, ``"serial:/dev/ttyS0"``, ``"fake:bolt-plus"``,
+            ``"replay:run.jsonl"``, as in ``--device`` on the command line; empty for the only robot nearby.
         consent: what may be sent beyond documented reads and harmless probes: risk classes by name,
             ``["write", "motion"]``; or a ``Consent``, which ``brick`` needs with the robot's name.
         timeout: seconds until a command counts as silent; None measures a suitable value.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.finding import Finding, Note, Outcome
+from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Response, Verdict
 
@@ -30,6 +31,29 @@ class Claims(NamedTuple):
     devices: set[_Device]
     listed: set[_Device]
     commands: set[_Triple]
+
+
+def comparisons(plan: Plan, findings: Sequence[Finding], codec: Codec) -> Iterator[Note]:
+    """Yield what a finished plan compares: its claims, and if it verifies, the robot's own list.
+
+    Args:
+        plan: that was run.
+        findings: of the run.
+        codec: whose codes the answers carry.
+    """
+    if plan.claimed_by and (note := _claimed_absent(plan.claimed_by, findings)):
+        yield note
+    if plan.verify and (note := compare(findings, codec)):
+        yield note
+
+
+def _claimed_absent(source: str, findings: Sequence[Finding]) -> Note | None:
+    """Return what a source claims and the robot does not have, None if it has everything."""
+    absent = dict.fromkeys(_triple(one) for one in findings if one.outcome is Outcome.ABSENT)
+    if not absent:
+        return None
+    text = f"claimed by {source}, absent on this firmware: {_listed(absent)}"
+    return Note("comparison", text, {"claimed_by": source, "claimed_absent": _as_json(absent)})
 
 
 def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:

@@ -12,17 +12,13 @@ from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.calibrator import Calibrator, Wanted
-from sphero_probe.probing.comparison import compare
+from sphero_probe.probing.comparison import comparisons
+from sphero_probe.probing.exchange_notes import exchange_notes, exchanges_kept
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import SeenClient, introduce
 from sphero_probe.probing.nodes import survey_notes
-from sphero_probe.probing.notes import (
-    note_of,
-    slow_note,
-    tolerance_notes,
-    unavailable_notes,
-)
+from sphero_probe.probing.notes import note_of, slow_note, tolerance_notes, unavailable_notes
 from sphero_probe.probing.oneshot import heading_of
 from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
@@ -135,7 +131,7 @@ class Engine:
         self._notes += unavailable_notes(self.findings, self.link.codec, self.link.policy.robot)
         for note in self._take_notes():
             yield note
-        if self.plan.verify and (difference := compare(self.findings, self.link.codec)):
+        for difference in comparisons(self.plan, self.findings, self.link.codec):
             yield difference
         yield Summary(
             dict(Counter(finding.outcome for finding in self.findings)),
@@ -171,19 +167,20 @@ class Engine:
                     await self._pipeline.health.passes(target)
 
         client = SeenClient()
-        with self.link.events.subscribe(client.hear, ExchangeEnded):
-            await self._line.with_reconnect(begin)
-        if self._over:
-            return []
+        with exchanges_kept(self.link.events) as exchanges:
+            with self.link.events.subscribe(client.hear, ExchangeEnded):
+                await self._line.with_reconnect(begin)
+            if self._over:
+                return []
+            notes = self._calibrator.notes(wanted)
+            if self.plan.survey:
+                notes += await survey_notes(self._line, self.target, self.device, self.line)
         heading = heading_of(self.plan, self.link, self.device, self.line)._replace(
             firmware=dict(self._results.firmware),
             strictness=self._calibrator.strictness,
             client=client.address,
         )
-        notes = self._calibrator.notes(wanted)
-        if self.plan.survey:
-            notes += await survey_notes(self._line, self.target, self.device, self.line)
-        return [heading, *notes, *self._take_notes()]
+        return [heading, *notes, *exchange_notes(exchanges), *self._take_notes()]
 
     async def _calibrate(self, wanted: Wanted) -> None:
         self._pipeline.give_up_nodes(await self._calibrator.measure(wanted) - self._pipeline.dead)
@@ -203,8 +200,9 @@ class Engine:
         if not is_first:
             dead = self._pipeline.dead
             wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings, dead)
-            await self._line.with_reconnect(lambda: self._calibrate(wanted))
-            for note in self._calibrator.notes(wanted):
+            with exchanges_kept(self.link.events) as exchanges:
+                await self._line.with_reconnect(lambda: self._calibrate(wanted))
+            for note in (*self._calibrator.notes(wanted), *exchange_notes(exchanges)):
                 yield note
         chunk: list[PreparedProbe] = []
         last: list[FilledProbe] = []

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from sphero_probe.catalogue import row_by_name
 from sphero_probe.catalogue.addresses import client_means
+from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.well_known import VERSION_FIELDS
 from sphero_probe.link.exchange import Answered
@@ -76,7 +77,7 @@ def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:
         or not exchange.response.payload
     ):
         return
-    decoded = row.response.decode(exchange.response.payload)
+    decoded = answer_meaning(exchange.response, row)
     name = row.name.partition(".")[2].removeprefix("get_")
     node = node_name(finding.command.target, robot) if robot and len(robot.nodes) > 1 else ""
     fields = dict(decoded.fields)

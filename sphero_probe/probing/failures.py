@@ -9,6 +9,7 @@ from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Verdict
 from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.session import Session
+from sphero_probe.simulator.recorded import is_not_recorded
 
 
 async def check(finding: Finding, session: Session) -> None:
@@ -46,6 +47,10 @@ async def check(finding: Finding, session: Session) -> None:
         )
     if isinstance(exchange, Answered) and link.codec.verdict(exchange.response.code) is not Verdict.OK:
         code = exchange.response.code
+        if is_not_recorded(exchange.response):
+            raise RobotRefusedError(
+                "the recording has no answer to this command", "a sweep lists what it has"
+            )
         raise RobotRefusedError(
             f"the robot answered 0x{code:02x} {finding.code_name}",
             _other_node(finding, link)

@@ -89,7 +89,7 @@ class Note(NamedTuple):
 
     Attributes:
         kind: ``notification``, ``late``, ``malformed``, ``calibration``, ``evidence``, ``executed``,
-            ``comparison``, ``run``.
+            ``comparison``, ``exchanges``, ``run``.
         text: one line for the user.
         data: JSON-able details; bytes as hex strings. What a robot sent unsolicited has ``time``, in RFC 3339
             UTC, and the keys of ``packet_json``; in journals of version 0.1.0 it has some of them.

@@ -14,6 +14,7 @@ from sphero_probe.probing.profiles import GONE, Answer, DeviceProfile
 from sphero_probe.probing.readings import EXPECTED
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Response, Verdict
+from sphero_probe.simulator.recorded import is_not_recorded
 
 
 class Judgement(NamedTuple):
@@ -81,6 +82,8 @@ def judge(
             verdict = codec.verdict(response.code)
             if _asked_for_code(command, response, codec):
                 return Judgement(Outcome.EXISTS, note="answered with the code it was asked for")
+            if is_not_recorded(response):
+                return Judgement(Outcome.INCONCLUSIVE, note="not recorded")
             if verdict in GONE or verdict is Verdict.NO_TARGET:
                 return _BY_VERDICT[verdict]
             if is_impossible(command) and not known:

@@ -28,6 +28,7 @@ from sphero_probe.protocol.packets import Command, Response, Verdict
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import Reconnector
 from sphero_probe.session.session import Session
+from sphero_probe.simulator.recorded import is_not_recorded
 
 _NONCE_BYTES: Final = 4
 _STYLES: Final = {(True, True): "swapped", (False, True): "SID only", (True, False): "TID only"}
@@ -163,7 +164,9 @@ class _Survey:
 
     def _response(self, command: Command) -> Response | None:
         exchange = self._answers.get(command)
-        return exchange.response if isinstance(exchange, Answered) else None
+        if isinstance(exchange, Answered) and not is_not_recorded(exchange.response):
+            return exchange.response
+        return None
 
     def _verdict(self, response: Response | None) -> Verdict | None:
         return self._codec.verdict(response.code) if response else None

@@ -48,6 +48,8 @@ class Plan:
         file: where it was loaded from, None for one built in memory.
         survey: first ask which nodes the robot has, as ``nodes`` does, and keep that as a note.
         verify: at the end, send what exists or was silent, and a part of the rest, once more, one at a time.
+        claimed_by: the source that says that the robot has every command of this plan, empty for none; the
+            run then reports which of them are absent.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Plan:
     file: Path | None = None
     verify: bool = False
     survey: bool = False
+    claimed_by: str = ""
 
 
 def sweep(

@@ -58,7 +58,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--sphero-virtual-clock",
         action="store_true",
-        help="Do not wait in real time; only with the built-in robot.",
+        help="Do not wait in real time; only with the built-in or a recorded robot.",
     )
     parser.addini("sphero_virtual_clock", "As --sphero-virtual-clock.", type="bool", default=False)
 
@@ -81,10 +81,10 @@ def sphero(_sphero_opened: "Opened") -> "SyncRobot":
 def sphero_fake(_sphero_opened: "Opened") -> "SpheroFake":
     """Return access to the built-in robot behind ``sphero``: what it executed, and ways to make it fail.
 
-    The test is skipped if the robot is a real one.
+    The test is skipped if the robot is a real or a recorded one.
     """
     if _sphero_opened.fake is None:
-        pytest.skip("needs the built-in robot: --sphero names a real one")
+        pytest.skip("needs the built-in robot: --sphero names another")
     return _sphero_opened.fake
 
 

@@ -22,6 +22,7 @@ from sphero_probe.virtual_clock import VirtualClock
 
 DEFAULT_DEVICE: Final = "fake:bolt-plus"
 _FAKE: Final = "fake:"
+_REPLAY: Final = "replay:"
 
 
 class Wanted(NamedTuple):
@@ -66,21 +67,24 @@ def wanted(
 
     Raises:
         UsageError: the marker names an unknown model or risk class.
-        Skipped: the test needs the built-in robot, or a risk class that is not allowed.
+        Skipped: the test needs the built-in robot, or a risk class that is not allowed on a real one.
     """
     settings = dict(marker.kwargs) if marker else {}
     needed = [choose(word, (risk.word for risk in Risk), "risk class") for word in settings.pop("allow", ())]
     asked = settings.pop("virtual_clock", None)
+    clock = virtual_clock if asked is None else bool(asked)
     models = tuple(_key(word) for word in marker.args) if marker else ()
     if device.startswith(_FAKE):
         return Wanted(
             _FAKE + _with_settings(_with_model(device.removeprefix(_FAKE), models), settings),
             models,
             Consent.of(needed, "", Risk.READ),
-            virtual_clock if asked is None else bool(asked),
+            clock,
         )
     if settings:
         pytest.skip(f"needs the built-in robot, for its settings {', '.join(settings)}")
+    if device.startswith(_REPLAY):  # a recording executes nothing
+        return Wanted(device, models, Consent.of(needed, "", Risk.READ), clock)
     default = Consent()
     missing = [word for word in needed if Risk[word.upper()] not in default.allowed and word not in allowed]
     if missing:

@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 
 from sphero_probe.reports.ids import pair_spans, spans
+from sphero_probe.reports.phrases import shown
 
 
 def differences(note: Mapping[str, object]) -> list[tuple[str, list[str]]]:
     """Return the differences in a comparison note, each as a title and ids."""
+    source = shown(note.get("claimed_by"))
     titles = {
+        "claimed_absent": f"claimed by {source}, absent on this firmware",
         "hidden": "hidden (exist, but not in the robot's list)",
         "ghost": "ghost (in the robot's list, but absent)",
         "unknown": "unknown (exist, but not in any catalogue)",

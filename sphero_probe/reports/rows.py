@@ -25,6 +25,7 @@ from sphero_probe.reports.states import state
 from sphero_probe.transports.base import Seen
 
 if TYPE_CHECKING:
+    from sphero_probe.catalogue.libraries.comparison import Difference
     from sphero_probe.probing.dry_run import PlannedProbe
     from sphero_probe.probing.facts import Fact
 
@@ -37,8 +38,8 @@ class Row(NamedTuple):
 
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
-            ``command``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``, ``run_file``,
-            ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
+            ``command``, ``difference``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``,
+            ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
         data: the values, in the order in which they are written.
     """
 
@@ -182,6 +183,16 @@ def command_row(command: CommandRow) -> Row:
             "note": command.note,
         }
         | evidence_keys(command),
+    )
+
+
+def difference_row(difference: "Difference") -> Row:
+    """Return the row of what only the catalogue or only a library knows; unknown names are null."""
+    known_by, generation, did, cid, kind, name, their_name, robots = difference
+    data: dict[str, object] = {"known_by": known_by, "generation": generation.value}
+    data |= {"did": None if did == NO_DEVICE else did, "cid": cid, "kind": kind.value}
+    return Row(
+        "difference", data | {"name": name or None, "their_name": their_name or None, "robots": list(robots)}
     )
 
 

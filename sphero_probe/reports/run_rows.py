@@ -10,11 +10,12 @@ from sphero_probe.reports.finding_line import FindingLine, line_of, robot_of
 from sphero_probe.reports.phrases import Data, shown
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_ending import RunEnding
+from sphero_probe.transports.recordings import EXCHANGES
 
 if TYPE_CHECKING:
     from sphero_probe.catalogue.model import Robot
 
-_TOLD_ELSEWHERE: Final = ("calibration", "evidence", EXECUTED, SURVEY, "comparison", "selection")
+_TOLD_ELSEWHERE: Final = ("calibration", "evidence", EXECUTED, SURVEY, "comparison", "selection", EXCHANGES)
 
 
 class RunRows:

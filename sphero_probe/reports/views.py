@@ -252,6 +252,22 @@ COMMAND: Final = View(
 )
 """One catalogue entry in full."""
 
+DIFFERENCES: Final = View(
+    "difference",
+    (
+        both("known_by", "Known by", whole=True),
+        *record_only("generation"),
+        *record_only("did", "cid", show=hex_id),
+        *record_only("kind"),
+        _PAIR,
+        both("name"),
+        both("their_name", "Their name"),
+        both("robots"),
+    ),
+    "Both know the same.",
+)
+"""What only the catalogue or only another library knows."""
+
 PLANNED: Final = View(
     "planned",
     (

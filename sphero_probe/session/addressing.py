@@ -8,6 +8,7 @@ from sphero_probe.simulator import parse_settings
 from sphero_probe.transports.base import BLE_PORT
 from sphero_probe.transports.fake_address import CLIENT_PORTS
 from sphero_probe.transports.registry import DeviceAddress, parse_address
+from sphero_probe.transports.replay import recorded_behind, recorded_port
 from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
 
 
@@ -24,10 +25,13 @@ def model_behind(address: DeviceAddress) -> Robot | None:
     """Return the model that an address names, without connecting; None if it names none.
 
     Raises:
-        UsageError: a ``fake:`` address that is not valid.
+        UsageError: a ``fake:`` or ``replay:`` address that is not valid.
+        BadInputFileError: the file of a ``replay:`` address cannot be used.
     """
     if address.scheme == "fake":
         return parse_settings(address.rest).model
+    if address.scheme == "replay":
+        return recorded_behind(address.rest).robot
     if address.scheme in USUAL:
         return parse_port(address.rest, USUAL[address.scheme]).robot
     return robot_by_prefix(address.rest)
@@ -37,10 +41,13 @@ def port_behind(address: DeviceAddress) -> int:
     """Return the port nibble of target addresses over this kind of connection.
 
     Raises:
-        UsageError: a ``fake:`` address that makes no sense.
+        UsageError: a ``fake:`` or ``replay:`` address that makes no sense.
+        BadInputFileError: the file of a ``replay:`` address cannot be used.
     """
     if address.scheme == "fake":
         return CLIENT_PORTS[parse_settings(address.rest).line]
+    if address.scheme == "replay":
+        return recorded_port(recorded_behind(address.rest))
     return PORT if address.scheme in USUAL else BLE_PORT
 
 
@@ -48,8 +55,11 @@ def generation_behind(address: DeviceAddress) -> Generation:
     """Return the protocol that an address implies; V2 if it implies none, as most robots speak it.
 
     Raises:
-        UsageError: a ``fake:`` address that is not valid.
+        UsageError: a ``fake:`` or ``replay:`` address that is not valid.
+        BadInputFileError: the file of a ``replay:`` address cannot be used.
     """
+    if address.scheme == "replay":
+        return recorded_behind(address.rest).generation
     robot = model_behind(address)
     return robot.generation if robot else Generation.V2
 

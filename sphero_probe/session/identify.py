@@ -1,5 +1,6 @@
 """Wake a robot and read its firmware version, with documented commands that every model has."""
 
+from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.catalogue.well_known import VERSION_FIELDS, WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Exchange, Silent
@@ -72,8 +73,8 @@ async def read_firmware(link: Link, target: int | None) -> dict[str, str]:
     attempts = MAX_ATTEMPTS if link.answers else 1
     exchanges = await ask_together(ask_well_known(link, WellKnown.VERSION, at, attempts) for at in targets)
     for name, exchange in zip(nodes.values(), exchanges, strict=True):
-        if isinstance(exchange, Answered) and exchange.response.payload and row and row.response:
-            fields = row.response.decode(exchange.response.payload).fields
+        fields = answer_meaning(exchange.response, row).fields if isinstance(exchange, Answered) else {}
+        if row and fields:
             parts = (fields.get(part) for part in VERSION_FIELDS[row.generation])
             versions[name] = ".".join(str(part) for part in parts if part is not None)
     return versions

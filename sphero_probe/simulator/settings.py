@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
-from urllib.parse import parse_qsl
 
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.errors import UsageError, nearest
+from sphero_probe.errors import UsageError
+from sphero_probe.simulator.query import parse_query, unknown
 from sphero_probe.simulator.response_style import RESPONSE_STYLES
 from sphero_probe.simulator.setting_values import (
     at_least,
@@ -147,17 +147,7 @@ def parse_settings(text: str) -> Settings:
         UsageError: an unknown model or key, a key given twice, a value that does not fit its key.
     """
     word, _, query = text.partition("?")
-    values: dict[str, Any] = {}
-    plus_kept = query.replace("+", "%2B")  # parse_qsl would read a plus sign as a blank, as web forms do
-    for key, value in parse_qsl(plus_kept, keep_blank_values=True):
-        if key not in KEYS:
-            raise UsageError(_unknown("setting", key, list(KEYS)))
-        if key in values:
-            raise UsageError(f"fake robot setting {key} is given twice")
-        try:
-            values[key] = KEYS[key](value)
-        except ValueError as error:
-            raise UsageError(f"fake robot setting {key}={value}: {error}") from None
+    values: dict[str, Any] = parse_query(query, KEYS, "fake")
     return Settings(_model(word), **values)
 
 
@@ -165,16 +155,10 @@ def _model(word: str) -> Robot:
     robot = robot_by_word(word)
     playable = [model.key for model in ROBOTS.values() if model.generation in RESPONSE_STYLES]
     if robot is None:
-        raise UsageError(_unknown("robot", word, playable))
+        raise UsageError(unknown("fake robot", word, playable))
     if robot.generation not in RESPONSE_STYLES:
         raise UsageError(f"there is no fake {robot.key} yet; there are {', '.join(playable)}")
     return robot
-
-
-def _unknown(kind: str, word: str, known: list[str]) -> str:
-    near = nearest(word.lower(), known)
-    guess = f" did you mean {near[0]}?" if near else ""
-    return f"unknown fake {kind} {word!r};{guess} there are {', '.join(known)}"
 
 
 def _hang(text: str) -> Hang:

@@ -7,66 +7,16 @@ from contextlib import asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
 from typing import IO
 
-from sphero_probe.errors import BadInputFileError, LinkLostError, OutputError
+from sphero_probe.errors import BadInputFileError, OutputError
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings, parse_topology
 from sphero_probe.simulator.network import Wiring
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.fake_address import CLIENT_PORTS
+from sphero_probe.transports.simulated import SimulatedTransport
 
 
-class FakeTransport:
-    """A pipe to a ``FakeRobot`` on the event loop's clock, as long as the connection that it has now."""
-
-    def __init__(self, robot: FakeRobot) -> None:
-        self.robot = robot
-        self._connection = robot.connection
-        self._woken = asyncio.Event()
-        self._ready: list[bytes] = []
-        self._closed = False
-        robot.on_drop = self._woken.set
-
-    async def write(self, data: bytes) -> None:
-        """Give bytes to the robot.
-
-        Raises:
-            LinkLostError: the robot is gone.
-        """
-        self._listen()
-        if not (self._is_ours and self.robot.connected):
-            raise LinkLostError("the fake robot is disconnected")
-        self.robot.hear(data, now=asyncio.get_running_loop().time())
-        self._woken.set()
-
-    async def read(self) -> bytes:
-        """Wait until the robot sends something and return one chunk of it; ``b""`` once it is gone."""
-        while not self._ready:
-            self._listen()
-            if self._ready:
-                break
-            if not (self._is_ours and self.robot.connected):
-                return b""
-            self._woken.clear()
-            due = self.robot.next_time()
-            try:
-                async with asyncio.timeout_at(due):
-                    await self._woken.wait()
-            except TimeoutError:
-                continue
-        return self._ready.pop(0)
-
-    def close(self) -> None:
-        """End the conversation; a waiting ``read`` returns ``b""``."""
-        self._closed = True
-        self._woken.set()
-
-    @property
-    def _is_ours(self) -> bool:
-        """Whether the robot still talks to this pipe and not to a later one."""
-        return not self._closed and self.robot.connection == self._connection
-
-    def _listen(self) -> None:
-        if self._is_ours:
-            self._ready += self.robot.speak(now=asyncio.get_running_loop().time())
+class FakeTransport(SimulatedTransport[FakeRobot]):
+    """A pipe to a ``FakeRobot``."""
 
 
 class _Lines:

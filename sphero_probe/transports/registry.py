@@ -12,6 +12,7 @@ from sphero_probe.transports.base import HARDWARE_ADDRESS, Connection, OpenOptio
 SCHEMES: Final[dict[str, str]] = {
     "ble": "sphero_probe.transports.ble",
     "fake": "sphero_probe.transports.fake",
+    "replay": "sphero_probe.transports.replay",
     "rfcomm": "sphero_probe.transports.serial:open_rfcomm",
     "serial": "sphero_probe.transports.serial",
 }

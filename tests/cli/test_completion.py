@@ -74,6 +74,7 @@ def plain(lines: list[str]) -> list[str]:
         pytest.param("sphero-probe info -d fake:bo", ["bolt", "bolt-plus"], id="model"),
         pytest.param("sphero-probe info --device=fake:bo", ["bolt", "bolt-plus"], id="after-equals"),
         pytest.param("sphero-probe info -d se", ["serial:"], id="scheme"),
+        pytest.param("sphero-probe info -d rep", ["replay:"], id="recording"),
         pytest.param("sphero-probe send power.get_battery_p", ["power.get_battery_percentage"], id="name"),
         pytest.param("sphero-probe send power.sleep po", [], id="only-one-name"),
         pytest.param("sphero-probe send -d fake:ollie power.s", [], id="name-of-another-generation"),
@@ -114,6 +115,16 @@ def test_bash_is_offered(offered: Offered, line: str, expected: list[str]) -> No
 
 def test_every_command_is_offered(offered: Offered) -> None:
     assert sorted(plain(offered("sphero-probe "))) == sorted(COMMANDS)
+
+
+def test_recorded_runs_and_files_can_be_replayed(offered: Offered) -> None:
+    runs = Path(os.environ["XDG_STATE_HOME"]) / "sphero-probe" / "runs"
+    runs.mkdir(parents=True)
+    for name in ("20261122T000000Z-bp-1234-sweep.jsonl", "2026$(reboot).jsonl"):
+        (runs / name).write_text("{}")
+    said = offered("sphero-probe info -d replay:")
+    assert plain(said) == [str(runs / "20261122T000000Z-bp-1234-sweep.jsonl")]
+    assert "file," in said
 
 
 @pytest.mark.parametrize("line", ["sphero-probe decode ", "sphero-probe runs -o x", "sphero-probe report "])

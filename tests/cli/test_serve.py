@@ -105,7 +105,7 @@ def test_it_ends_after_a_time(cli: Cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        pytest.param(["BP-1234"], 2, "no built-in robot", id="a robot of its own"),
+        pytest.param(["BP-1234"], 2, "no built-in or recorded robot", id="a robot of its own"),
         pytest.param(["fake:toaster"], 2, "unknown fake robot", id="no robot"),
         pytest.param(["fake:rvr", "--pty", "--tcp", "127.0.0.1:0"], 2, "exclude each other", id="both"),
         pytest.param(["fake:rvr", "--allow-remote"], 2, "is for --tcp", id="a pseudo-terminal for others"),

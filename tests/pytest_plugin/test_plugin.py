@@ -1,5 +1,6 @@
 """The pytest plugin in a nested pytest: fixtures, marker, options; and that it costs nothing if unused."""
 
+import json
 import os
 import subprocess
 import sys
@@ -307,11 +308,41 @@ def test_a_real_robot_is_used_with_care(pytester: pytest.Pytester, monkeypatch: 
     result.stdout.fnmatch_lines_random(
         [
             "*needs mini; BP-1234 is bolt-plus",
-            "*needs the built-in robot: --sphero names a real one",
+            "*needs the built-in robot: --sphero names another",
             "*needs the built-in robot, for its settings hidden",
             "*needs --sphero-allow motion on a real robot",
         ]
     )
+
+
+RECORDED = """
+    import pytest
+
+    @pytest.mark.sphero(allow=["write"], virtual_clock=True)
+    def test_it_answers_as_recorded(sphero):
+        assert sphero.model.key == "bolt-plus"
+        assert sphero.send("power.get_battery_percentage")["percentage"] == 49
+        with pytest.raises(Exception, match="0x13:0x17 to node 1 was never recorded"):
+            sphero.send("power.get_battery_voltage_state")
+
+    def test_each_test_hears_it_from_the_start(sphero):
+        assert sphero.send("power.get_battery_percentage")["percentage"] == 49
+
+    def test_view(sphero_fake):
+        raise AssertionError
+"""
+
+
+def test_a_recorded_robot_is_a_double(pytester: pytest.Pytester) -> None:
+    finding = {"type": "finding", "sent": "8d3a11011310246cd8", "received": "8d39110113102400313cd8"}
+    entries = [{"type": "run", "robot": "bolt-plus", "device": "BP-1234"}, finding]
+    later = finding | {"received": "8d39110113102400323bd8"}
+    pytester.path.joinpath("run.jsonl").write_text(
+        "".join(f"{json.dumps(one)}\n" for one in [*entries, later])
+    )
+    result = ran(pytester, RECORDED, "-rs", "--sphero", "replay:run.jsonl?unknown=error")
+    result.assert_outcomes(passed=2, skipped=1)
+    result.stdout.fnmatch_lines(["*needs the built-in robot: --sphero names another"])
 
 
 def test_a_robot_that_is_not_there_is_an_error(pytester: pytest.Pytester) -> None:

@@ -1,6 +1,7 @@
 """A served robot, reached as any program would: a socket, or a pseudo-terminal opened as a serial port."""
 
 import asyncio
+import json
 import os
 import sys
 from collections.abc import AsyncIterator, Callable
@@ -76,6 +77,32 @@ def test_a_serial_client_reads_both_nodes(serving: Serving) -> None:
         return [(one.code, one.source, one.target) for one in answers]
 
     assert _run(work) == [(0x00, 1, 0x21), (0x00, 2, 0x21), (0x09, 1, 0x21)]
+
+
+@EACH
+def test_a_recorded_robot_starts_again_for_each_client(serving: Serving, tmp_path: Path) -> None:
+    """Over Bluetooth it was asked as 0x11, here as 0x01."""
+    path = tmp_path / "run.jsonl"
+    finding = {"type": "finding", "sent": "8d3a11011310246cd8", "received": "8d39110113102400313cd8"}
+    later = finding | {"received": "8d39110113102400323bd8"}
+    path.write_text(
+        "".join(f"{json.dumps(one)}\n" for one in [{"type": "run", "robot": "rvr"}, finding, later])
+    )
+
+    async def work() -> list[tuple[int, bytes]]:
+        heard: list[tuple[int, bytes]] = []
+        async with serving(f"replay:{path}?speed=0") as server:
+            for _ in range(2):
+                async with _linked(server) as link:
+                    for cid in (0x10, 0x10, 0x17):
+                        answer = await link.ask(Command(0x13, cid, b"", 0x01))
+                        assert isinstance(answer, Answered)
+                        heard.append((answer.response.code, answer.response.payload))
+                await server.served.wait()
+                server.served.clear()
+        return heard
+
+    assert _run(work) == [(0, b"\x31"), (0, b"\x32"), (0xEE, b"not recorded")] * 2
 
 
 @EACH

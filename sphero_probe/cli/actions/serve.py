@@ -1,4 +1,4 @@
-"""``serve``: put a built-in robot behind a pseudo-terminal or a TCP port until it is time to stop."""
+"""``serve``: put a built-in or recorded robot behind a pseudo-terminal or TCP port until it is to stop."""
 
 import asyncio
 import os
@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 import click
 
 from sphero_probe.cli.messages import say
+from sphero_probe.cli.recorded_run import with_path
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.errors import UsageError
 from sphero_probe.transports.fake_address import on_a_wire
@@ -47,7 +48,7 @@ def serve(
         once: stop when the first client has left.
 
     Raises:
-        UsageError: an address that makes no sense, is no built-in robot's, or that other machines can reach.
+        UsageError: an address that makes no sense, is of a real robot, or that other machines can reach.
         SpheroProbeError: the robot cannot be opened, or the port not be had.
     """
     if pty and tcp is not None:
@@ -98,9 +99,11 @@ def _is_loopback(host: str) -> bool:
 
 
 def _robot(text: str) -> DeviceAddress:
-    address = parse_address(text)
+    address = parse_address(with_path(text))
+    if address.scheme == "replay":
+        return address
     if address.scheme != "fake":
-        raise UsageError(f"{text} is no built-in robot", "serve one: sphero-probe serve fake:rvr")
+        raise UsageError(f"{text} is no built-in or recorded robot", "serve one: sphero-probe serve fake:rvr")
     return address._replace(rest=on_a_wire(address.rest))
 
 

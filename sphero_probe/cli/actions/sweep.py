@@ -15,13 +15,14 @@ from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plan import sweep as probes_of
+from sphero_probe.probing.plans.claims import claims_plan, library_in
 from sphero_probe.probing.plans.loader import load_plan
 from sphero_probe.probing.plans.shipped import find_plan, is_shipped, plan_files
-from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.ids import spans
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
 from sphero_probe.session.commands import node
+from sphero_probe.transports.registry import DeviceAddress
 
 
 class SweepOptions(NamedTuple):
@@ -64,27 +65,27 @@ def sweep(
         SpheroProbeError: the options are not valid, or the run ended early.
     """
     place = address_of(connecting.device)
-    generation = generation_behind(place)
     if asking.dry_run:
         if journal.resume:
             raise UsageError("--dry-run cannot be combined with --resume")
         if baseline.file:
             raise UsageError("--dry-run cannot be combined with --baseline")
-        plan, _ = _plan(generation, options)
+        plan, _ = _plan(place, options)
         target = node(asking.target, model_behind(place), port_behind(place))
         show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
         return
     compared = Baseline(baseline)
     with run_journal("sweep", journal) as kept:
         if journal.resume and not any(options):
-            plan, kept.options = _plan_of_before(generation, kept)
+            plan, kept.options = _plan_of_before(place, kept)
         else:
-            plan, kept.options = _plan(generation, options)
+            plan, kept.options = _plan(place, options)
         run_plan(plan, output, connecting, asking, kept, compared)
 
 
-def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str, str]]:
+def _plan(place: DeviceAddress, options: SweepOptions) -> tuple[Plan, dict[str, str]]:
     """Return the plan, and the options that a journal needs to make it again."""
+    generation = generation_behind(place)
     if options.capture is not None:
         if any(other is not None for other in options[:4]):
             raise UsageError("--plan-from cannot be combined with --plan, --did, --cid or --payload")
@@ -94,6 +95,9 @@ def _plan(generation: Generation, options: SweepOptions) -> tuple[Plan, dict[str
     if options.plan is not None:
         if any(other is not None for other in (options.did, options.cid, options.payload)):
             raise UsageError("--plan cannot be combined with --did, --cid or --payload")
+        if library := library_in(options.plan):
+            plan = claims_plan(library, model_behind(place), port_behind(place))
+            return plan, {"plan": options.plan}
         plan = find_plan(options.plan)
         if plan.file is None or is_shipped(plan.file):
             return plan, {"plan": plan.file.stem if plan.file else plan.name}
@@ -116,7 +120,7 @@ def _ids(ids: tuple[int, ...]) -> str:
     return ",".join(spans(ids) if list(ids) == sorted(ids) else (f"0x{one:02x}" for one in ids))
 
 
-def _plan_of_before(generation: Generation, journal: RunJournal) -> tuple[Plan, dict[str, str]]:
+def _plan_of_before(place: DeviceAddress, journal: RunJournal) -> tuple[Plan, dict[str, str]]:
     """Return the plan of an interrupted run; only a shipped plan is run without being named again."""
     if journal.opening is None:
         raise BadInputFileError(
@@ -132,12 +136,14 @@ def _plan_of_before(generation: Generation, journal: RunJournal) -> tuple[Plan, 
             "that run used a capture, which the journal does not contain", f"add --plan-from {file}"
         )
     if name := options.get("plan"):
+        if library := library_in(name):
+            return claims_plan(library, model_behind(place), port_behind(place)), options
         for path in plan_files():
             if path.stem == name:
                 return load_plan(path), options
         raise BadInputFileError(f"this version of the tool has no plan {name}, which the journal names")
     asked = SweepOptions(options.get("did"), options.get("cid"), None, options.get("payload"))
     try:
-        return _plan(generation, asked)
+        return _plan(place, asked)
     except UsageError as error:
         raise BadInputFileError(f"the journal does not say what to ask: {error}") from error

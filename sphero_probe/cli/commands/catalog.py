@@ -19,12 +19,27 @@ from sphero_probe.cli.values import Output
 )
 @click.option("--v1", "generation", flag_value="v1", help="Only first-generation commands.")
 @click.option("--v2", "generation", flag_value="v2", help="Only second-generation commands.")
+@click.option(
+    "--compare",
+    "library",
+    metavar="LIBRARY",
+    help="Compare with another library: spherov2 if it is installed, or a path.",
+    shell_complete=offer("libraries"),
+)
 @output_options
-def command(output: Output, pattern: str | None, model: str | None, generation: str | None) -> None:
+def command(
+    output: Output, pattern: str | None, model: str | None, generation: str | None, library: str | None
+) -> None:
     """List the known commands; FILTER is part of a name, a risk class, or an id like 0x13.
+
+    With --compare, list what only the catalogue or only the library knows, of the robots that the library
+    has. Its source is read and never run.
 
     Example: sphero-probe catalog battery --robot bolt
     """
-    from sphero_probe.cli.actions.catalog import list_commands
+    from sphero_probe.cli.actions.catalog import compare, list_commands
 
-    list_commands(output, pattern, model, generation)
+    if library is None:
+        list_commands(output, pattern, model, generation)
+    else:
+        compare(output, library, pattern, model, generation)

@@ -16,11 +16,12 @@ from sphero_probe.cli.strict import StrictCommand
 def command(
     address: str, tcp: str | None, seconds: float | None, *, pty: bool, allow_remote: bool, once: bool
 ) -> None:
-    """Serve a built-in robot, so that any program can be tested against it.
+    """Serve a built-in or recorded robot, so that any program can be tested against it.
 
-    ADDRESS is that of a built-in robot, like fake:rvr. The path of the pseudo-terminal, or the host and port,
-    is printed on standard output; a program opens that as a serial port, or connects to it. One client at a
-    time. The robot stays the same for all of them, until Ctrl-C, or until the calling program has ended.
+    ADDRESS is that of a built-in robot, like fake:rvr, or of a recorded one: replay:FILE. The path of the
+    pseudo-terminal, or the host and port, is printed on standard output; a program opens that as a serial
+    port, or connects to it. One client at a time. The robot stays the same for all of them, until Ctrl-C, or
+    until the calling program has ended.
 
     Example: sphero-probe serve fake:rvr --tcp 127.0.0.1:0 --seconds 1
     """

@@ -24,7 +24,7 @@ from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions,
 @click.option(
     "--plan",
     metavar="FILE",
-    help="A plan file, or the name of a shipped plan.",
+    help="A plan file, the name of a shipped plan, or spherov2-claims.",
     shell_complete=offer("plans"),
 )
 @click.option(

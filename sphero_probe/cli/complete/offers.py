@@ -13,6 +13,7 @@ from sphero_probe.catalogue import (
     robot_by_prefix,
     robot_by_word,
 )
+from sphero_probe.catalogue.libraries.claims import INSTALLED
 from sphero_probe.catalogue.model import Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.stream_plan import sensor_groups
@@ -28,11 +29,21 @@ if TYPE_CHECKING:
 
 _PLAIN: Final = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.")
 _BUILT_IN: Final = "fake:"
+_RECORDED: Final = "replay:"
 
 
 def offer_devices(_: Context, start: str) -> "Offers":
-    """Offer the robots of the last scan, the built-in ones, and the other kinds of address."""
-    words: dict[str, str] = {}
+    """Offer the robots of the last scan, the built-in ones, and the other kinds of address.
+
+    After ``replay:``, offer the recorded runs and files.
+    """
+    if start.startswith(_RECORDED):
+        kept = (str(path) for path in journal_files())
+        words: dict[str, str] = {
+            f"{_RECORDED}{path}": "" for path in kept if (_PLAIN | {"/"}).issuperset(path)
+        }
+        return [*_beginning(start, words), CompletionItem(start.removeprefix(_RECORDED), type="file")]
+    words = {}
     scheme = "ble:" if start.startswith("ble:") else ""
     for robot in recall():
         words[scheme + robot.name] = robot.model
@@ -84,7 +95,8 @@ def offer_plans(_: Context, start: str) -> "Offers":
     """Offer the shipped plans, and files."""
     from sphero_probe.probing.plans.shipped import plan_files  # noqa: PLC0415 - slow, and only plans need it
 
-    return _beginning(start, {path.stem: "" for path in plan_files()}) + offer_files(_, start)
+    names = [path.stem for path in plan_files()] + [f"{library}-claims" for library in INSTALLED]
+    return _beginning(start, dict.fromkeys(names, "")) + offer_files(_, start)
 
 
 def offer_runs(_: Context, start: str) -> "Offers":
@@ -114,6 +126,11 @@ def offer_files(_: Context, start: str) -> "Offers":
     return [CompletionItem(start, type="file")]
 
 
+def offer_libraries(_: Context, start: str) -> "Offers":
+    """Offer the libraries that are known by name, and files."""
+    return _beginning(start, dict.fromkeys(INSTALLED, "")) + offer_files(_, start)
+
+
 OFFERS: Final["dict[str, Callable[[Context, str], Offers]]"] = {
     "commands": offer_commands,
     "devices": offer_devices,
@@ -121,6 +138,7 @@ OFFERS: Final["dict[str, Callable[[Context, str], Offers]]"] = {
     "files": offer_files,
     "filters": offer_filters,
     "leds": offer_leds,
+    "libraries": offer_libraries,
     "sensors": offer_sensors,
     "nodes": offer_nodes,
     "plans": offer_plans,

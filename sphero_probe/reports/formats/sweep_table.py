@@ -135,10 +135,11 @@ class SweepTable:
                 self._named(words.crowds(section.lines, apart=apart))
 
     def _differences(self, notes: list[Data]) -> None:
-        """Write how the findings differ from the robot's own list and the catalogue."""
+        """Write how the findings differ from the robot's own list and the catalogue, or from a library."""
         for note in notes:
             self._writer.skip()
-            self._writer.say("Differences from the robot's own list and the catalogue", "bold")
+            source = shown(note.get("claimed_by")) or "the robot's own list and the catalogue"
+            self._writer.say(f"Differences from {source}", "bold")
             self._named(differences(note))
 
     def _blocked(self, lines: list[FindingLine], *, apart: bool) -> None:
