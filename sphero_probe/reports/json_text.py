@@ -55,9 +55,8 @@ class JsonObjects:
         if row.shared and not first:
             text = self._templated(row)
         else:
-            text = _text(
-                {"type": row.type} | ({"schema_version": SCHEMA_VERSION} if first else {}) | row.data
-            )
+            version = {"schema_version": SCHEMA_VERSION} if first else {}
+            text = _any_text({"type": row.type} | version | row.data)
         return text.replace("\x7f", "\\u007f") if "\x7f" in text else text
 
     def _templated(self, row: Row) -> str:
@@ -96,6 +95,10 @@ def _text(value: Any) -> str:
     if kind is dict and {*map(type, value)} == {str}:
         pairs = [f"{encode_basestring_ascii(key)}: {_text(held)}" for key, held in value.items()]
         return f"{{{', '.join(pairs)}}}"
+    return _any_text(value)
+
+
+def _any_text(value: object) -> str:
     try:
         return _encode(value)
     except ValueError:

@@ -13,8 +13,8 @@ def run_file_row(
     opening: Opening | None = None,
     heading: Heading | None = None,
     counts: Mapping[Outcome, int] | None = None,
-    *,
     complete: bool = False,
+    *,
     problem: str = "",
 ) -> Row:
     """Return the row of a journal; of a broken one, little more than the ``problem`` is known."""

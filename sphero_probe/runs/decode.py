@@ -26,6 +26,11 @@ MAX_TEXT: Final = 1 << 16
 MAX_WORD: Final = 512
 """Characters of a name."""
 _NUMBERS: Final = 1 << 31
+_GENERATIONS: Final = {word.value: word for word in Generation}
+_ROBOTS: Final = {key: key for key in ("", *ROBOTS)}
+_OUTCOMES: Final = {word.value: word for word in Outcome}
+_CONFIDENCES: Final = {word.value: word for word in Confidence}
+_EXCHANGES: Final = {word: word for word in ("answered", "silent", "refused")}
 
 
 class Opening(NamedTuple):
@@ -135,8 +140,8 @@ def _opening(fields: Fields) -> Opening:
         fields.texts("options"),
         fields.text("target", MAX_WORD),
         fields.text("address", MAX_TEXT),
-        fields.one_of("generation", {word.value: word for word in Generation}),
-        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.one_of("generation", _GENERATIONS),
+        fields.one_of("robot", _ROBOTS),
         fields.text("device", MAX_TEXT),
         fields.risks("consent"),
     )
@@ -145,7 +150,7 @@ def _opening(fields: Fields) -> Opening:
 def _heading(fields: Fields) -> Heading:
     fields.flag("resumed")
     return Heading(
-        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.one_of("robot", _ROBOTS),
         fields.text("model", MAX_WORD),
         fields.text("device", MAX_TEXT),
         fields.texts("firmware"),
@@ -183,8 +188,8 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
     return Finding(
         fields.whole("number", 1, _NUMBERS),
         command,
-        fields.one_of("outcome", {word.value: word for word in Outcome}),
-        fields.one_of("confidence", {word.value: word for word in Confidence}),
+        fields.one_of("outcome", _OUTCOMES),
+        fields.one_of("confidence", _CONFIDENCES),
         risk,
         exchange,
         lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
@@ -195,7 +200,7 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
 
 
 def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:
-    kind = fields.one_of("exchange", {word: word for word in ("answered", "silent", "refused")})
+    kind = fields.one_of("exchange", _EXCHANGES)
     if kind == "refused":
         return Blocked(command, risk, fields.text("reason", MAX_TEXT))
     seq, sent, seconds = fields.byte("seq"), fields.raw("sent"), fields.seconds("seconds")

@@ -16,6 +16,7 @@ _SECONDS: Final = 1e9
 _FRAME: Final = 1 << 16
 _NAME: Final = 512
 _TEXT: Final = 1 << 16
+_RISKS: Final = {risk.word: risk for risk in Risk}
 _OWN_KEYS: Final = frozenset({"type", "kind", "text", "schema_version"})
 
 _Member = TypeVar("_Member")
@@ -28,7 +29,7 @@ def parse(line: bytes) -> dict[str, object]:
         BadLineError: the line is not a JSON object.
     """
     try:
-        data = json.loads(line, parse_constant=_reject_constant, parse_float=_finite)
+        data = _decoder.decode(line.decode())
     except (ValueError, RecursionError) as error:
         raise BadLineError("not valid JSON") from error
     if not isinstance(data, dict):
@@ -45,6 +46,10 @@ def _finite(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError("not a finite number")
     return value
+
+
+_decoder = json.JSONDecoder(parse_constant=_reject_constant, parse_float=_finite)
+"""Made once: ``json.loads`` would make one for every line."""
 
 
 class Fields:
@@ -113,7 +118,7 @@ class Fields:
 
     def risk(self, key: str) -> Risk:
         """A risk class by its word."""
-        return self.one_of(key, {risk.word: risk for risk in Risk})
+        return self.one_of(key, _RISKS)
 
     def texts(self, key: str) -> dict[str, str]:
         """An object whose values are texts."""
@@ -123,8 +128,8 @@ class Fields:
     def risks(self, key: str) -> tuple[str, ...]:
         """Risk classes, each as its word."""
         value = self._data.get(key)
-        words = {risk.word for risk in Risk}
-        if not isinstance(value, list) or len(value) > len(words) or any(one not in words for one in value):
+        listed = isinstance(value, list) and len(value) <= len(_RISKS)
+        if not listed or not all(isinstance(one, str) and one in _RISKS for one in value):
             raise BadLineError(f"{key} is not a list of risk classes")
         return tuple(value)
 

@@ -6,7 +6,7 @@ from sphero_probe.cli.values import Output
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.probing.finding import Finding
 from sphero_probe.reports.views import FINDING, FINDINGS
-from sphero_probe.runs.reader import read_journal
+from sphero_probe.runs.record_stream import RecordStream
 from sphero_probe.runs.store import find_journal
 
 
@@ -20,11 +20,11 @@ def show_run(output: Output, run: str) -> None:
     Raises:
         BadInputFileError: there is no such run, or its journal cannot be read.
     """
-    recorded = read_journal(find_journal(run))
-    if recorded.opening is None:
-        raise BadInputFileError(f"{recorded.path}: this journal is still empty")
-    records = recorded.records()
-    if recorded.opening.command in ("send", "led"):
-        show(output, FINDING, (row_of(record) for record in records if isinstance(record, Finding)))
-    else:
-        show(output, FINDINGS, map(row_of, records))
+    with RecordStream(find_journal(run)) as stream:
+        if stream.opening is None:
+            raise BadInputFileError(f"{stream.path}: this journal is still empty")
+        records = stream.records()
+        if stream.opening.command in ("send", "led"):
+            show(output, FINDING, (row_of(record) for record in records if isinstance(record, Finding)))
+        else:
+            show(output, FINDINGS, map(row_of, records))

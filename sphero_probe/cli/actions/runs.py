@@ -8,7 +8,7 @@ from sphero_probe.errors import BadInputFileError
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_files import run_file_row
 from sphero_probe.reports.views import RUNS
-from sphero_probe.runs.reader import read_journal
+from sphero_probe.runs.overview import read_overview
 from sphero_probe.runs.store import journal_files
 
 
@@ -26,8 +26,6 @@ def list_runs(output: Output) -> None:
 
 def _row(path: Path) -> Row:
     try:
-        recorded = read_journal(path)
+        return run_file_row(*read_overview(path))
     except BadInputFileError as error:
         return run_file_row(path, problem=str(error))
-    heading = recorded.headings[0] if recorded.headings else None
-    return run_file_row(path, recorded.opening, heading, recorded.counts, complete=recorded.complete)
