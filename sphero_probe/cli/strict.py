@@ -12,6 +12,7 @@ SECTIONS: Final = {
     "flags": "Flags of the packet",
     "connecting": "Robot and link",
     "journal": "Journal",
+    "chosen": "Which runs",
     "output": "Output",
 }
 """The name of an option's parameter, or its beginning -> the section of help that shows the option."""

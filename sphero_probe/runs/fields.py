@@ -128,8 +128,9 @@ class Fields:
     def risks(self, key: str) -> tuple[str, ...]:
         """Risk classes, each as its word."""
         value = self._data.get(key)
-        listed = isinstance(value, list) and len(value) <= len(_RISKS)
-        if not listed or not all(isinstance(one, str) and one in _RISKS for one in value):
+        if not isinstance(value, list) or len(value) > len(_RISKS):
+            raise BadLineError(f"{key} is not a list of risk classes")
+        if not all(isinstance(one, str) and one in _RISKS for one in value):
             raise BadLineError(f"{key} is not a list of risk classes")
         return tuple(value)
 

@@ -39,7 +39,7 @@ class Overview(NamedTuple):
 def read_overview(path: Path) -> Overview:
     """Return what a list shows of a journal.
 
-    Damage between head and tail is not noticed. A journal that does not end with a summary is read as a whole.
+    Damage between head and tail is not noticed. A journal without a summary at its end is read as a whole.
 
     Raises:
         BadInputFileError: it cannot be read, or is not a journal of this tool.

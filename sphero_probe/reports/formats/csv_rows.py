@@ -20,6 +20,7 @@ class CommaSeparated:
         self._out = out
         self._view = view
         self._cells = RecordCells(view, partial(_quoted, unicode=style.unicode))
+        self._unicode = style.unicode
         self._headed = False
 
     def add(self, row: Row) -> None:
@@ -35,7 +36,8 @@ class CommaSeparated:
     def _head(self) -> None:
         if not self._headed:
             self._headed = True
-            self._write([column.key for column in self._view.record_columns])
+            keys = (column.key for column in self._view.record_columns)
+            self._write([_quoted(key, unicode=self._unicode) for key in keys])
 
     def _write(self, cells: list[str]) -> None:
         self._out.write(",".join(cells) + "\n")

@@ -22,7 +22,8 @@ class TabSeparated:
         self._view = view
         self._cells = RecordCells(view, partial(visible, limit=None, unicode=style.unicode))
         if style.header:
-            out.write("\t".join(column.key for column in view.record_columns) + "\n")
+            keys = (column.key for column in view.record_columns)
+            out.write("\t".join(visible(key, limit=None, unicode=style.unicode) for key in keys) + "\n")
 
     def add(self, row: Row) -> None:
         """Write a line."""
