@@ -15,9 +15,9 @@ from sphero_probe.reports.rows import Row
 try:
     import orjson
 except ImportError:
-    _dumps: Callable[[object], bytes] | None = None
+    dumps: Callable[[object], bytes] | None = None
 else:
-    _dumps = orjson.dumps
+    dumps = orjson.dumps
 
 SCHEMA_VERSION: Final = 2
 """Version of the keys and their meaning, in the first object of a document."""
@@ -107,8 +107,8 @@ def _any_text(value: object) -> str:
 
 def _numbers(values: list[float]) -> str:
     """Return a list of floats; orjson writes some differently: with an exponent, or not finite."""
-    if _dumps:
-        text = _dumps(values).decode()
+    if dumps:
+        text = dumps(values).decode()
         if not ("e" in text or "0.0000" in text or "n" in text):
             return text.replace(",", ", ")
     text = repr(values)

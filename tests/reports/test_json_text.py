@@ -72,9 +72,9 @@ def test_packets_are_written_as_the_standard_library_writes_them(
 ) -> None:
     with pytest.MonkeyPatch.context() as patch:
         if with_orjson:
-            patch.setattr(json_text, "_dumps", pytest.importorskip("orjson").dumps)
+            patch.setattr(json_text, "dumps", pytest.importorskip("orjson").dumps)
         else:
-            patch.setattr(json_text, "_dumps", None)
+            patch.setattr(json_text, "dumps", None)
         rows = [row_of(packet) for packet in packets]
         objects = JsonObjects()
         for number, row in enumerate(rows):
@@ -96,7 +96,7 @@ def test_any_row_is_written_as_the_standard_library_writes_it(
 ) -> None:
     with pytest.MonkeyPatch.context() as patch:
         dumps = pytest.importorskip("orjson").dumps if with_orjson else None
-        patch.setattr(json_text, "_dumps", dumps)
+        patch.setattr(json_text, "dumps", dumps)
         objects = JsonObjects()
         shared = {key: data[key] for key in list(data)[::2]}
         for number, row in enumerate((Row("x", data), Row("100 %", data, shared), Row("y", data, shared))):
