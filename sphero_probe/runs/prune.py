@@ -3,16 +3,12 @@
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from typing import Final
 
 from sphero_probe.errors import InUseError, OutputError, SpheroProbeError
 from sphero_probe.runs.lock import lock
 from sphero_probe.runs.reader import FLAGS, why
 from sphero_probe.runs.selection import KeptRun
 from sphero_probe.runs.tags import tags_file
-
-DAY: Final = 86_400.0
-"""Seconds."""
 
 
 def removable(
