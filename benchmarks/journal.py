@@ -36,7 +36,7 @@ _Kept = tuple[PreparedProbe, Finding]
 
 def measure(options: Options) -> Iterator[Line | Remark]:
     """Write the intent and the finding of every probe of a sweep, one write each, as a run does."""
-    probes = [_kept(number) for number in range(1, (_QUICK if options.quick else _A_SWEEP) + 1)]
+    probes = [kept(number) for number in range(1, (_QUICK if options.quick else _A_SWEEP) + 1)]
     yield Remark(
         f"simulated: {len(probes)} probes, one in {_EXISTING} exists and answers with 8 bytes; "
         "an intent and a finding for each, one write per line, to a disk"
@@ -72,7 +72,8 @@ def measure(options: Options) -> Iterator[Line | Remark]:
     )
 
 
-def _kept(number: int) -> _Kept:
+def kept(number: int) -> _Kept:
+    """Return a probe of a sweep and its finding; ``number`` counts from 1."""
     did, cid = divmod(number - 1, 256)
     command, codec = Command(did, cid, b"", _NODE), CODECS[Generation.V2]
     there = number % _EXISTING == 0

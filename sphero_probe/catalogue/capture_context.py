@@ -17,6 +17,7 @@ class CaptureContext:
         """Start without any packets; ``robot`` is the model, None where it is not known."""
         self._robot = robot
         self._asked: dict[int, tuple[int, int]] = {}
+        self._kinds_of: dict[tuple[Generation, int, int], set[Kind]] = {}
 
     def complete(self, generation: Generation, packet: Packet) -> Packet:
         """Return the packet, completed; its frame stays the same.
@@ -25,6 +26,8 @@ class CaptureContext:
         A V2 frame that neither asks for an answer nor says who sent it becomes a command or a notification,
         whichever the catalogue lists for its DID and CID.
         """
+        if isinstance(packet, Notification):  # most packets of a stream
+            return self._complete_unsolicited(generation, packet)
         match packet:
             case Request(command=command, seq=seq) if generation is Generation.V1:
                 if packet.wants_answer:
@@ -32,20 +35,28 @@ class CaptureContext:
             case Response(seq=seq, did=None):
                 did, cid = self._asked.get(seq, (None, None))
                 return packet._replace(did=did, cid=cid)
-            case Notification(did=int(did), seq=int()) if packet.target is not None or packet.source is None:
-                kinds = self._kinds(generation, did, packet.cid)
-                if kinds == {Kind.COMMAND} or (not kinds and packet.target is not None):
-                    return _as_request(packet, did)
             case Request(command=command) if not packet.flags & (FLAG_ANSWER | FLAG_ONLY_ERRORS):
                 if command.target is None and self._kinds(generation, *command[:2]) == {Kind.NOTIFICATION}:
                     return _as_notification(packet)
         return packet
 
+    def _complete_unsolicited(self, generation: Generation, packet: Notification) -> Packet:
+        did, cid, _, source, target, seq, _ = packet
+        if did is None or seq is None or (target is None and source is not None):
+            return packet
+        kinds = self._kinds(generation, did, cid)
+        if kinds == {Kind.COMMAND} or (not kinds and target is not None):
+            return _as_request(packet, did)
+        return packet
+
     def _kinds(self, generation: Generation, did: int, cid: int) -> set[Kind]:
-        rows = rows_of(generation, did, cid)
-        if self._robot:
-            rows = tuple(row for row in rows if self._robot.key in row.nodes) or rows
-        return {row.kind for row in rows}
+        known = self._kinds_of.get((generation, did, cid))
+        if known is None:
+            rows = rows_of(generation, did, cid)
+            if self._robot:
+                rows = tuple(row for row in rows if self._robot.key in row.nodes) or rows
+            known = self._kinds_of[generation, did, cid] = {row.kind for row in rows}
+        return known
 
 
 def _as_request(packet: Notification, did: int) -> Request:

@@ -47,25 +47,30 @@ def packet_meaning(
         robot: the model, None where it is not known.
         streams: the decoder of the robot's sensor streams, None where its commands were not followed.
     """
-    stream = None
-    layout: Layout | None
+    if isinstance(packet, Malformed):
+        return Meaning(None, None)
+    known, layout = payload_layout(packet, generation, robot)
+    payload = packet.command.payload if isinstance(packet, Request) else packet.payload
+    stream = streams.decode(packet) if streams and isinstance(packet, Notification) else None
+    return Meaning(known, stream or (layout.decode(payload) if layout else None))
+
+
+def payload_layout(
+    packet: Request | Response | Notification, generation: Generation, robot: Robot | None
+) -> tuple[CommandRow | None, Layout | None]:
+    """Return the row of a packet's ids, and the layout of its payload; None where the catalogue has none."""
     match packet:
-        case Malformed():
-            return Meaning(None, None)
         case Request(command=command):
             known = _known(generation, (command.did, command.cid), Kind.COMMAND, robot)
-            layout, payload = known.request if known and known.kind is Kind.COMMAND else None, command.payload
-        case Response(code=code, payload=payload, did=did, cid=cid):
+            return known, known.request if known and known.kind is Kind.COMMAND else None
+        case Response(code=code, did=did, cid=cid):
             known = _known(generation, (did, cid), Kind.COMMAND, robot)
             success = CODECS[generation].verdict(code) is Verdict.OK
-            layout = known.response if known and known.kind is Kind.COMMAND and success else None
-        case Notification(did=did, cid=cid, payload=payload):
+            return known, known.response if known and known.kind is Kind.COMMAND and success else None
+        case Notification(did=did, cid=cid):
             known = _known(generation, (did, cid), Kind.NOTIFICATION, robot)
-            layout = known.response if known and known.kind is Kind.NOTIFICATION else None
-            stream = streams.decode(packet) if streams else None
-        case _:
-            assert_never(packet)
-    return Meaning(known, stream or (layout.decode(payload) if layout else None))
+            return known, known.response if known and known.kind is Kind.NOTIFICATION else None
+    assert_never(packet)
 
 
 def answer_meaning(response: Response, known: CommandRow | None) -> Decoded:

@@ -1,11 +1,13 @@
 """One packet as JSON: the keys that ``decode``, ``listen``, the notes of a run and every report share."""
 
-from typing import Final, assert_never
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.addresses import Use, address_meaning
 from sphero_probe.catalogue.leds import leds_set
-from sphero_probe.catalogue.meaning import packet_meaning
+from sphero_probe.catalogue.meaning import payload_layout
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.catalogue.payload.layout import Layout
 from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
@@ -20,6 +22,41 @@ from sphero_probe.protocol.packets import (
 
 _COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
 _ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
+_NONE_SHARED: Final[Mapping[str, object]] = {}
+_MOST: Final = 4096
+"""The most headers that are remembered."""
+
+
+class PacketKeys(NamedTuple):
+    """The keys of a packet.
+
+    Attributes:
+        all: as ``packet_json`` returns them.
+        shared: those that follow from its ids, addresses, flags and code, the same object for each such
+            packet; empty where there are none.
+    """
+
+    all: dict[str, object]
+    shared: Mapping[str, object]
+
+
+class _Header(NamedTuple):
+    """What the ids, addresses, flags and code of a packet say: the same for most packets of a stream.
+
+    Attributes:
+        before: the keys before ``seq``.
+        after: the keys between ``seq`` and ``fields``.
+        shared: all of them.
+        layout: of the payload, None where it is not known.
+    """
+
+    before: dict[str, object]
+    after: dict[str, object]
+    shared: dict[str, object]
+    layout: Layout | None
+
+
+_headers: dict[tuple[object, ...], _Header] = {}
 
 
 def packet_json(
@@ -53,42 +90,93 @@ def packet_json(
         robot: the model, None where it is not known.
         streams: the decoder of the robot's sensor streams, None where its commands were not followed.
     """
-    keys: dict[str, object]
-    leds = None
+    return packet_keys(packet, generation, raw, robot, streams).all
+
+
+def packet_keys(
+    packet: Packet,
+    generation: Generation,
+    raw: bytes,
+    robot: Robot | None = None,
+    streams: StreamDecoder | None = None,
+    *,
+    raw_floats: bool = False,
+) -> PacketKeys:
+    """Return the keys of a packet, and which of them many packets share.
+
+    The arguments are those of ``packet_json`` and, for the payload, of ``Layout.decode``.
+    """
+    leds = stream = None
+    model = robot.key if robot else ""
+    cid: int | None
+    if isinstance(packet, Notification):
+        did, cid, payload, source, target, seq, flags = packet
+        of_header: tuple[object, ...] = (generation, model, did, cid, source, target, flags)
+        stream = streams.decode(packet) if streams else None
+    elif isinstance(packet, Response):
+        seq, code, payload, did, cid, source, target, flags = packet
+        of_header = (generation, model, did, cid, source, target, flags, code)
+    elif isinstance(packet, Request):
+        command, seq, source, flags, _ = packet
+        did, cid, payload, target, _ = command
+        of_header = (generation, model, did, cid, source, target, flags, None, None)
+        leds = leds_set(robot, packet.command) if robot else None
+    else:
+        return PacketKeys(_malformed(packet, generation, raw), _NONE_SHARED)
+    header = _headers.get(of_header)
+    if header is None:
+        if len(_headers) >= _MOST:
+            _headers.clear()
+        header = _headers[of_header] = _header(packet, generation, robot)
+    keys = header.before.copy()
+    if seq is not None:
+        keys["seq"] = seq
+    keys.update(header.after)
+    decoded = stream or (header.layout.decode(payload, raw_floats=raw_floats) if header.layout else None)
+    if decoded:
+        keys["fields"] = decoded.fields
+        if decoded.units:
+            keys["units"] = decoded.units
+    if leds is not None:
+        keys["leds"] = leds
+    keys["payload"] = payload.hex()
+    keys["raw"] = raw.hex()
+    if decoded and decoded.problem:
+        keys["note"] = decoded.problem
+    return PacketKeys(keys, header.shared)
+
+
+def _malformed(packet: Malformed, generation: Generation, raw: bytes) -> dict[str, object]:
+    held = (raw or packet.raw).hex()
+    return {"generation": generation.value, "kind": "malformed", "raw": held, "reason": packet.reason}
+
+
+def _header(
+    packet: Request | Response | Notification, generation: Generation, robot: Robot | None
+) -> _Header:
+    codec, uses, after = CODECS[generation], _ANSWER_USES, dict[str, object]()
     match packet:
-        case Malformed(raw=held, reason=reason):
-            return {
-                "generation": generation.value,
-                "kind": "malformed",
-                "raw": (raw or held).hex(),
-                "reason": reason,
-            }
-        case Request(command=Command(did, cid, payload, target), seq=seq, source=source):
-            keys = {"kind": "command", "did": did, "cid": cid, "seq": seq}
-            leds = leds_set(robot, packet.command) if robot else None
-        case Response(seq, code, payload, did, cid, source, target):
-            keys = {"kind": "response", "did": did, "cid": cid, "seq": seq, "code": code}
-            keys["code_name"] = CODECS[generation].code_name(code)
-        case Notification(did, cid, payload, source, target, seq):
-            keys = {"kind": "notification", "did": did, "cid": cid, "seq": seq}
-        case _:
-            assert_never(packet)
-    uses = _COMMAND_USES if isinstance(packet, Request) else _ANSWER_USES
-    names = CODECS[generation].flag_names(packet)
-    known, decoded = packet_meaning(packet, generation, robot, streams)
-    keys |= {
+        case Request(command=Command(did, cid, _, target), source=source):
+            kind, uses = "command", _COMMAND_USES
+        case Response(code=code, did=did, cid=cid, source=source, target=target):
+            kind = "response"
+            after = {"code": code, "code_name": codec.code_name(code)}
+        case Notification(did=did, cid=cid, source=source, target=target):
+            kind = "notification"
+    names = codec.flag_names(packet)
+    known, layout = payload_layout(packet, generation, robot)
+    before = _present({"generation": generation.value, "kind": kind, "did": did, "cid": cid})
+    after |= {
         "target": target,
         "source": source,
         "target_means": None if target is None else address_meaning(target, uses[0], robot).words,
         "source_means": None if source is None else address_meaning(source, uses[1], robot).words,
         "flags": None if names is None else list(names),
         "name": known.name if known else None,
-        "fields": decoded.fields if decoded else None,
-        "units": decoded.units or None if decoded else None,
-        "leds": leds,
-        "payload": payload.hex(),
-        "raw": raw.hex(),
-        "note": decoded.problem or None if decoded else None,
     }
-    present = {key: value for key, value in keys.items() if value is not None}
-    return {"generation": generation.value} | present
+    after = _present(after)
+    return _Header(before, after, before | after, layout)
+
+
+def _present(keys: dict[str, object]) -> dict[str, object]:
+    return {key: value for key, value in keys.items() if value is not None}

@@ -29,7 +29,8 @@ COMMANDS: Final[dict[str, str]] = {
     "plan": "List, show and check probe plans.",
     "report": "Print a recorded run in any format.",
     "diff": "Compare two runs, or a run with what is known.",
-    "runs": "List the recorded runs.",
+    "runs": "List the recorded runs; tag, prune or export them.",
+    "matrix": "Compare commands across robots and firmware, over all runs.",
     "serve": "Serve the built-in robot at a serial or TCP port, for other programs.",
     "evidence": "Ask a robot what no public source says, and write it to be shared.",
     "doctor": "Check that this machine can reach a robot, and suggest fixes.",
@@ -41,7 +42,7 @@ SECTIONS: Final[dict[str, tuple[str, ...]]] = {
     "Find a robot": ("scan", "info", "doctor"),
     "Map it": ("sweep", "discover", "nodes", "plan", "evidence"),
     "Act on it": ("send", "led", "listen", "stream", "shell"),
-    "Read and compare": ("decode", "capture", "explain", "catalog", "report", "diff", "runs"),
+    "Read and compare": ("decode", "capture", "explain", "catalog", "report", "diff", "matrix", "runs"),
     "Tools": ("serve", "completion"),
 }
 """How ``--help`` groups the commands."""

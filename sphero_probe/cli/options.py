@@ -59,7 +59,7 @@ def device_options(
         unnamed: what happens without ``--device``, for the help.
         capture: with ``--capture`` too.
     """
-    return _gather(
+    return gather(
         function,
         "connecting",
         ConnectOptions,
@@ -122,7 +122,7 @@ def _check_device(ctx: click.Context, param: click.Parameter, value: str | None)
 
 def asking_options(function: Function) -> Function:
     """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``."""
-    return _gather(
+    return gather(
         function,
         "asking",
         AskOptions.checked,
@@ -149,7 +149,7 @@ def asking_options(function: Function) -> Function:
 
 def flag_options(function: Function) -> Function:
     """Give a command ``--no-answer``, ``--only-errors``, ``--no-activity`` and ``--source``: ``flags``."""
-    return _gather(
+    return gather(
         function,
         "flags",
         FlagOptions,
@@ -171,7 +171,7 @@ def flag_options(function: Function) -> Function:
 
 def consent_options(function: Function) -> Function:
     """Give a command ``--allow`` and ``--confirm`` only; it gets ``asking``."""
-    return _gather(function, "asking", AskOptions.checked, *_consent())
+    return gather(function, "asking", AskOptions.checked, *_consent())
 
 
 def _consent() -> tuple[Function, Function]:
@@ -211,7 +211,7 @@ def journal_options(function: Function, *, resume: bool = False) -> Function:
         help='Resume an interrupted run: a journal file, a run name, or "last".',
         shell_complete=offer("runs"),
     )
-    return _gather(
+    return gather(
         function,
         "journal",
         JournalOptions,
@@ -237,7 +237,7 @@ def output_options(function: Function, *, detail: bool = False) -> Function:
     detailed = click.option(
         "--detail", "output_detail", is_flag=True, help="List in a table what it folds otherwise."
     )
-    return _gather(
+    return gather(
         function,
         "output",
         Output.checked,
@@ -270,7 +270,7 @@ def output_options(function: Function, *, detail: bool = False) -> Function:
     )
 
 
-def _gather(function: Function, name: str, kind: Callable[..., object], *options: Function) -> Function:
+def gather(function: Function, name: str, kind: Callable[..., object], *options: Function) -> Function:
     """Give a command options whose values arrive as one argument.
 
     Args:

@@ -13,6 +13,7 @@ SECTIONS: Final = {
     "connecting": "Robot and link",
     "journal": "Journal",
     "baseline": "Baseline",
+    "chosen": "Which runs",
     "output": "Output",
 }
 """The name of an option's parameter, or its beginning -> the section of help that shows the option."""

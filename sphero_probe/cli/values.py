@@ -5,9 +5,12 @@
 
 import os
 import sys
-from typing import Any, Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 from sphero_probe.errors import RefusedByPolicyError, UsageError
+
+if TYPE_CHECKING:
+    from datetime import datetime
 
 RISKS: Final = ("read", "probe", "write", "motion", "persist", "brick")
 """The risk classes as people type them: a copy of the catalogue's, to keep help fast (a test compares)."""
@@ -104,6 +107,22 @@ class FlagOptions(NamedTuple):
     only_errors: bool = False
     no_activity: bool = False
     source: str | None = None
+
+
+class RunChoice(NamedTuple):
+    """Which recorded runs are meant; the attributes are those of ``runs.selection.RunFilter``.
+
+    Attributes:
+        outcome: ``complete`` or ``incomplete``, None for either.
+    """
+
+    robot: str = ""
+    model: str = ""
+    firmware: str = ""
+    outcome: str | None = None
+    tags: tuple[str, ...] = ()
+    since: "datetime | None" = None
+    until: "datetime | None" = None
 
 
 class JournalOptions(NamedTuple):

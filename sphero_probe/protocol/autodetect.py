@@ -31,7 +31,10 @@ class AutoDecoder:
     def feed(self, data: bytes) -> list[Detected]:
         """Take the next bytes of the stream and return what they complete."""
         found: list[Detected] = []
-        for packet in self._v2.feed(data):
+        packets = self._v2.feed(data)
+        if not self._noise and Malformed not in {*map(type, packets)}:
+            return [Detected(Generation.V2, packet) for packet in packets]
+        for packet in packets:
             if isinstance(packet, Malformed):
                 self._noise.append(packet)
                 self._held += len(packet.raw)

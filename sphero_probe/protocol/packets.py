@@ -10,6 +10,9 @@ class Generation(StrEnum):
     V1 = "v1"
     V2 = "v2"
 
+    # That of an enumeration is written in Python, and every look-up of a codec needs it.
+    __hash__ = str.__hash__
+
 
 class Role(Enum):
     """Whose traffic a decoder reads; a command and a notification can have the same bytes."""

@@ -202,11 +202,17 @@ def _encode(
         raise ValueError(f"payload of {len(payload)} bytes, at most {MAX_FRAME}")
     if len(extension) > 1:
         raise ValueError(f"extension of {len(extension)} bytes, at most 1")
-    flags = flags | FLAG_EXTENDED if extension else flags & ~FLAG_EXTENDED
-    flags |= FLAG_TARGET if target is not None else 0
-    flags |= FLAG_SOURCE if source is not None else 0
-    addresses = (address for address in (target, source) if address is not None)
-    return frame(bytes((flags, *extension, *addresses, *ids)) + payload)
+    flags &= ~FLAG_EXTENDED
+    if source is not None:
+        flags |= FLAG_SOURCE
+        ids = (source, *ids)
+    if target is not None:
+        flags |= FLAG_TARGET
+        ids = (target, *ids)
+    if extension:
+        flags |= FLAG_EXTENDED
+        ids = (*extension, *ids)
+    return frame(bytes((flags, *ids)) + payload)
 
 
 def _extension(flags: int) -> bytes:

@@ -43,7 +43,10 @@ def hex_id(value: object) -> str:
 def spaced_hex(value: object) -> str:
     """Return the bytes of a hex string as ``8d 0a 13``, nothing for null."""
     text = value if isinstance(value, str) else ""
-    return " ".join(text[at : at + 2] for at in range(0, len(text), 2))
+    try:
+        return bytes.fromhex(text).hex(" ")
+    except ValueError:  # from an untrusted file
+        return " ".join(text[at : at + 2] for at in range(0, len(text), 2))
 
 
 def pair(data: Data) -> str:
@@ -66,6 +69,8 @@ def fields(data: Data) -> str:
 
 def _field_value(name: str, value: object, payload: str) -> str:
     if isinstance(value, list):
+        if value and {*map(type, value)} == {float}:
+            return " ".join(["%.6g"] * len(value)) % tuple(value)
         if name in _ID_FIELDS and value == sorted({one for one in value if isinstance(one, int)}):
             value = spans(value)
         return " ".join(_field_value(name, one, payload) for one in value) or "none"

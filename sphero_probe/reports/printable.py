@@ -71,6 +71,8 @@ def csv_cell(text: str, *, unicode: bool = True) -> str:
     Text that a spreadsheet would compute (``=``, ``+``, ``-``, ``@`` or a tab in front) gets a leading
     apostrophe, unless it is a plain number.
     """
+    if not text or (text.isalnum() and text.isascii()):
+        return text
     shown = visible(text, limit=None, unicode=unicode)
     risky = text[:1] in ("\t", "\r", "\n") or text.lstrip()[:1] in _FORMULA
     return f"'{shown}" if risky and not _PLAIN_NUMBER.fullmatch(text) else shown

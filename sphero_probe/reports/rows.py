@@ -12,7 +12,7 @@ from sphero_probe.catalogue.addresses import AddressMeaning, client_means
 from sphero_probe.catalogue.dissection import Part
 from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
-from sphero_probe.catalogue.packet_json import packet_json
+from sphero_probe.catalogue.packet_json import packet_keys
 from sphero_probe.catalogue.proofs import PROVES
 from sphero_probe.catalogue.stream_plan import StreamColumn
 from sphero_probe.catalogue.streams import StreamDecoder
@@ -41,10 +41,13 @@ class Row(NamedTuple):
             ``command``, ``difference``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``,
             ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
         data: the values, in the order in which they are written.
+        shared: the part of ``data`` that is the same object for many rows, so that a format writes it once;
+            empty where there is none.
     """
 
     type: str
     data: dict[str, object]
+    shared: Mapping[str, object] = {}
 
 
 def heading_row(heading: Heading) -> Row:
@@ -156,9 +159,12 @@ def packet_row(
     raw: bytes,
     robot: Robot | None = None,
     streams: StreamDecoder | None = None,
+    *,
+    raw_floats: bool = False,
 ) -> Row:
-    """Return the row of a packet; the arguments and the keys are those of ``packet_json``."""
-    return Row("packet", packet_json(packet, generation, raw, robot, streams))
+    """Return the row of a packet; the arguments are those of ``packet_keys``."""
+    keys, shared = packet_keys(packet, generation, raw, robot, streams, raw_floats=raw_floats)
+    return Row("packet", keys, shared)
 
 
 def command_row(command: CommandRow) -> Row:

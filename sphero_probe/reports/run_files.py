@@ -1,6 +1,6 @@
 """Makes the rows of the list of runs, one per journal file."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from sphero_probe.probing.finding import Heading, Outcome
@@ -13,9 +13,10 @@ def run_file_row(
     opening: Opening | None = None,
     heading: Heading | None = None,
     counts: Mapping[Outcome, int] | None = None,
-    *,
     complete: bool = False,
+    *,
     problem: str = "",
+    tags: Iterable[str] = (),
 ) -> Row:
     """Return the row of a journal; of a broken one, little more than the ``problem`` is known."""
     return Row(
@@ -30,5 +31,7 @@ def run_file_row(
             "complete": complete,
             "file": str(file),
             "problem": problem or None,
+            "tags": list(tags),
+            "firmware": dict(heading.firmware) if heading else {},
         },
     )

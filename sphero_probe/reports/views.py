@@ -357,6 +357,8 @@ RUNS: Final = View(
         table_only("Found", phrases.found),
         table_only("End", phrases.end_of_run),
         *record_only("file", "problem"),
+        both("tags"),
+        *record_only("firmware"),
     ),
     "No runs are recorded yet.",
 )

@@ -26,6 +26,8 @@ MAX_TEXT: Final = 1 << 16
 MAX_WORD: Final = 512
 """Characters of a name."""
 _NUMBERS: Final = 1 << 31
+_GENERATIONS: Final = {word.value: word for word in Generation}
+_ROBOTS: Final = {key: key for key in ("", *ROBOTS)}
 _OUTCOMES: Final = {word.value: word for word in Outcome}
 _CONFIDENCES: Final = {word.value: word for word in Confidence}
 _EXCHANGES: Final = {word: word for word in ("answered", "silent", "refused")}
@@ -139,8 +141,8 @@ def _opening(fields: Fields) -> Opening:
         fields.texts("options"),
         fields.text("target", MAX_WORD),
         fields.text("address", MAX_TEXT),
-        fields.one_of("generation", {word.value: word for word in Generation}),
-        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.one_of("generation", _GENERATIONS),
+        fields.one_of("robot", _ROBOTS),
         fields.text("device", MAX_TEXT),
         fields.risks("consent"),
     )
@@ -153,7 +155,7 @@ def heading_of(fields: Fields) -> Heading:
         BadLineError: a field is missing, of a wrong type or out of range.
     """
     return Heading(
-        fields.one_of("robot", {"": "", **{key: key for key in ROBOTS}}),
+        fields.one_of("robot", _ROBOTS),
         fields.text("model", MAX_WORD),
         fields.text("device", MAX_TEXT),
         fields.texts("firmware"),

@@ -72,9 +72,7 @@ class Recorded(NamedTuple):
     def records(self) -> list[Record]:
         """Return the records of the run as if it had never been interrupted, findings by number."""
         last_profile = {
-            note.data.get("target"): note
-            for note in self.entries
-            if isinstance(note, Note) and note.kind == "calibration" and _is_key(note.data.get("target"))
+            calibrated(note): note for note in self.entries if isinstance(note, Note) and calibrated(note)
         }
         records: list[Record] = list(self.headings[-1:])
         by_number = iter(sorted(self.findings.values(), key=lambda finding: finding.number))
@@ -82,8 +80,8 @@ class Recorded(NamedTuple):
             if isinstance(record, Finding):
                 valid = self.findings[record.number] is record
             else:
-                target = record.data.get("target")
-                valid = record.kind != "calibration" or not _is_key(target) or last_profile[target] is record
+                node = calibrated(record)
+                valid = node is None or last_profile[node] is record
             if valid:
                 records.append(next(by_number) if isinstance(record, Finding) else record)
         if self.summary:
@@ -91,8 +89,12 @@ class Recorded(NamedTuple):
         return records
 
 
-def _is_key(value: object) -> bool:
-    return value is None or isinstance(value, int)
+def calibrated(note: Note) -> tuple[int | None] | None:
+    """Return the target that a note is the calibration of, of which the last counts; None for other notes."""
+    target = note.data.get("target")
+    if note.kind != "calibration" or not (target is None or isinstance(target, int)):
+        return None
+    return (target,)
 
 
 def _is_open(finding: Finding) -> bool:
@@ -107,7 +109,7 @@ def read_journal(path: Path) -> Recorded:
     Raises:
         BadInputFileError: it cannot be read, or is not a journal of this tool; the message names the line.
     """
-    descriptor = open_regular(path)
+    descriptor = open_to_read(path)
     collecting = gc.isenabled()
     gc.disable()  # a journal is very many small objects without cycles: looking for some costs a seventh
     try:
@@ -124,24 +126,39 @@ def open_regular(path: Path) -> int:
     Raises:
         BadInputFileError: it cannot be read, is not a regular file, or is larger than any journal.
     """
+    descriptor = open_to_read(path)
     try:
-        descriptor = os.open(path, os.O_RDONLY | FLAGS)
-    except (OSError, ValueError) as error:
-        raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
-    try:
-        _check_regular(descriptor, path)
+        check_size(descriptor, path)
     except BadInputFileError:
         os.close(descriptor)
         raise
     return descriptor
 
 
-def _check_regular(descriptor: int, path: Path) -> None:
+def open_to_read(path: Path) -> int:
+    """Return the descriptor of a journal.
+
+    Raises:
+        BadInputFileError: it cannot be read.
+    """
+    try:
+        return os.open(path, os.O_RDONLY | FLAGS)
+    except (OSError, ValueError) as error:
+        raise BadInputFileError(f"{path}: {why(error)}", "see: sphero-probe runs") from error
+
+
+def check_size(descriptor: int, path: Path) -> int:
+    """Return the size of an open file in bytes.
+
+    Raises:
+        BadInputFileError: it is too large for a journal, or not a regular file.
+    """
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode):
         raise BadInputFileError(f"{path}: not a regular file")
     if status.st_size > MAX_FILE:
         raise BadInputFileError(f"{path}: larger than {MAX_FILE} bytes: not a journal")
+    return status.st_size
 
 
 def read_descriptor(descriptor: int, path: Path) -> Recorded:
@@ -154,7 +171,7 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
     Raises:
         BadInputFileError: see ``read_journal``.
     """
-    _check_regular(descriptor, path)
+    check_size(descriptor, path)
     opening: Opening | None = None
     headings: list[Heading] = []
     findings: dict[int, Finding] = {}
@@ -172,7 +189,7 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
             try:
                 data = parse(line)
             except BadLineError as error:
-                if file.read(1) or (opening is None and not _may_become_opening(line)):
+                if file.read(1) or (opening is None and not may_become_opening(line)):
                     raise BadInputFileError(f"{path}:{number}: {error}") from error
                 is_torn = True
                 break
@@ -201,7 +218,7 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
     return Recorded(path, opening, headings, findings, intents, entries, summary, valid_bytes, is_torn)
 
 
-def _may_become_opening(line: bytes) -> bool:
+def may_become_opening(line: bytes) -> bool:
     """Whether a torn first line is the start of a journal."""
     begin = b'{"type":"journal",'
     return line.startswith(begin) or begin.startswith(line)

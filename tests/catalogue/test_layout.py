@@ -130,6 +130,29 @@ def test_floats_have_as_few_digits_as_tell_them_apart(number: float) -> None:
     assert shown == fitting[0]
 
 
+HARD_SINGLES = (
+    0x00000000,
+    0x80000000,
+    0x7F800000,
+    0xFFC00000,
+    0x00000001,
+    0x7F7FFFFF,
+    0x501502F9,
+    0x4B800000,
+)
+"""Zeros, infinite, not a number, the smallest, the largest, 1e10, 2**24."""
+
+
+@given(st.lists(st.integers(0, 0xFFFF_FFFF) | st.sampled_from(HARD_SINGLES), max_size=70))
+def test_lists_of_floats_have_the_digits_of_each_alone(words: list[int]) -> None:
+    payload = struct.pack(f">{len(words)}I", *words)
+    each = [Layout("x:f32[deg]?").decode(payload[at : at + 4]) for at in range(0, len(payload), 4)]
+    together = Layout("values:f32*").decode(payload).fields["values"]
+    assert repr(together) == repr([one.fields["x"] for one in each])  # repr tells 0.0 from -0.0
+    raw = Layout("values:f32*").decode(payload, raw_floats=True).fields["values"]
+    assert repr(raw) == repr([*struct.unpack(f">{len(words)}f", payload)])
+
+
 @given(st.floats(width=32, allow_nan=False))
 def test_floats_keep_their_bytes(number: float) -> None:
     layout, payload = Layout("x:f32"), struct.pack(">f", number)

@@ -33,7 +33,9 @@ def test_the_exit_codes_are_those_of_the_exceptions() -> None:
     ("command", "sections"),
     [
         pytest.param(
-            "sweep", ["Options", "What to ask", "Consent", "Robot and link", "Journal", "Output"], id="sweep"
+            "sweep",
+            ["Options", "What to ask", "Consent", "Robot and link", "Journal", "Baseline", "Output"],
+            id="sweep",
         ),
         pytest.param(
             "send",

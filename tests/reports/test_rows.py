@@ -200,7 +200,7 @@ def test_commands_of_unknown_layout_have_null() -> None:
 def test_small_rows() -> None:
     command = Command(0x13, 0x10, b"", PRIMARY)
     known = lookup(V2, 0x13, 0x10, BOLT)
-    assert planned_row(PlannedProbe(1, command, known, Risk.READ, b"\x8d\xd8", None)) == (
+    assert planned_row(PlannedProbe(1, command, known, Risk.READ, b"\x8d\xd8", None))[:2] == (
         "planned",
         {
             "number": 1,
@@ -215,7 +215,7 @@ def test_small_rows() -> None:
         },
     )
     assert planned_row(PlannedProbe(1, command, None, Risk.PERSIST, b"", "no")).data["name"] is None
-    assert plan_row("power", "What", Path("a/b.py"), ("bolt",)) == (
+    assert plan_row("power", "What", Path("a/b.py"), ("bolt",))[:2] == (
         "plan",
         {"name": "power", "summary": "What", "file": str(Path("a/b.py")), "robots": ["bolt"]},
     )
@@ -234,7 +234,7 @@ def test_small_rows() -> None:
         "node": "primary",
     }
     assert fact_row(Fact("battery", 87, "%", "")).data["node"] is None
-    assert check_row("adapter", Look(State.WARN, "off", "switch it on")) == (
+    assert check_row("adapter", Look(State.WARN, "off", "switch it on"))[:2] == (
         "check",
         {"name": "adapter", "state": "warn", "seen": "off", "fix": "switch it on"},
     )

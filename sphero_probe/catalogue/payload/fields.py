@@ -6,11 +6,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sphero_probe.catalogue.payload.enums import VALUE_NAMES
+from sphero_probe.catalogue.payload.singles import all_shortest, shortest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_NUMBERS = {
+NUMBERS = {
     "u8": struct.Struct(">B"),
     "u16": struct.Struct(">H"),
     "u32": struct.Struct(">I"),
@@ -22,6 +23,7 @@ _NUMBERS = {
     "bool": struct.Struct(">B"),
     "const": struct.Struct(">B"),
 }
+"""Type -> what packs one number of it."""
 UINT_WIDTHS = (1, 2, 4, 8)
 """The lengths in bytes that a ``uint`` can be written in."""
 _FIELD = (
@@ -70,7 +72,7 @@ class Field(NamedTuple):
     @property
     def width(self) -> int:
         """Bytes of one element: of one number, or of one byte where the type has no size of its own."""
-        number = _NUMBERS.get(self.type)
+        number = NUMBERS.get(self.type)
         return number.size if number else 1
 
     @property
@@ -100,7 +102,7 @@ def parse_field(word: str) -> Field:
     const = None if found["const"] is None else int(found["const"], 0)
     to_end = kind == "uint" or (not count and (blob or bool(repeat)))
     sensible = (
-        (blob or kind == "uint" or kind in _NUMBERS)
+        (blob or kind == "uint" or kind in NUMBERS)
         and (kind == "const") == (const is not None)
         and (const is None or (const <= 0xFF and not repeat))
         and not (blob and (found["scale"] or found["values"] or (repeat and not count)))
@@ -142,15 +144,17 @@ def take(field: Field, payload: bytes, at: int) -> tuple[object, int, str]:
         return _take_text(field, payload, at)
     if field.type == "uint":
         end = min(len(payload), at + UINT_WIDTHS[-1])
-        return _value(field, int.from_bytes(payload[at:end], "big")), end, ""
-    number = _NUMBERS[field.type]
+        return value_of(field, int.from_bytes(payload[at:end], "big")), end, ""
+    number = NUMBERS[field.type]
     if field.const is not None:
         got = payload[at]
         return got, at + 1, "" if got == field.const else f"{field.name} is always {field.const}, here {got}"
     if field.count is None and not field.to_end:
-        return _value(field, number.unpack_from(payload, at)[0]), at + number.size, ""
+        return value_of(field, number.unpack_from(payload, at)[0]), at + number.size, ""
     end = at + number.size * (field.count if field.count is not None else (len(payload) - at) // number.size)
-    return [_value(field, raw) for (raw,) in number.iter_unpack(payload[at:end])], end, ""
+    if field.type == "f32" and field.scale == 1:
+        return all_shortest(payload[at:end]), end, ""
+    return [value_of(field, raw) for (raw,) in number.iter_unpack(payload[at:end])], end, ""
 
 
 def _take_text(field: Field, payload: bytes, at: int) -> tuple[object, int, str]:
@@ -164,10 +168,10 @@ def _take_text(field: Field, payload: bytes, at: int) -> tuple[object, int, str]
     return text.decode("utf-8", "backslashreplace"), end, problem
 
 
-def _value(field: Field, raw: Any) -> object:
+def value_of(field: Field, raw: Any) -> object:
     """Convert a number of the wire to the value that people and JSON read."""
     if field.type == "f32":
-        return _shortest(raw / field.scale)
+        return shortest(raw / field.scale)
     if field.scale != 1:
         return float(raw / field.scale)
     if field.values:
@@ -175,19 +179,6 @@ def _value(field: Field, raw: Any) -> object:
     if field.type == "bool" and raw in (0, 1):
         return bool(raw)
     return raw
-
-
-def _shortest(value: float) -> float | str:
-    """Return the shortest decimal that is the same 32-bit float; text where it is not finite."""
-    if value != value or value in (float("inf"), float("-inf")):  # noqa: PLR0124  NaN is unequal to itself
-        return str(value)
-    pack = _NUMBERS["f32"].pack
-    whole = pack(value)
-    for digits in (6, 7, 8):
-        short = float(f"{value:.{digits}g}")
-        if pack(short) == whole:
-            return short
-    return float(f"{value:.9g}")  # as many as any 32-bit float needs
 
 
 def put(field: Field, value: object) -> bytes:
@@ -222,7 +213,7 @@ def _put_value(field: Field, value: object) -> bytes:
         whole = _raw(field, value)
         width = next((width for width in UINT_WIDTHS if whole < 1 << 8 * width), UINT_WIDTHS[-1])
         return int(whole).to_bytes(width, "big")
-    pack: Callable[[float], bytes] = _NUMBERS[field.type].pack
+    pack: Callable[[float], bytes] = NUMBERS[field.type].pack
     if field.count is None and not field.to_end:
         return pack(_raw(field, value))
     if not isinstance(value, list) or (field.count is not None and len(value) != field.count):

@@ -23,6 +23,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from sphero_probe.catalogue.payload.fields import UINT_WIDTHS, Field, parse_field, put, take
+from sphero_probe.catalogue.payload.numbers import NumbersReader, numbers_reader
 
 __all__ = ["Decoded", "Field", "Layout", "Span"]
 
@@ -69,6 +70,10 @@ class Layout:
 
     def __hash__(self) -> int:
         return hash(self.text)
+
+    def __reduce__(self) -> tuple[type["Layout"], tuple[str]]:
+        """Pickle the text only: what reads payloads quickly cannot be pickled."""
+        return Layout, (self.text,)
 
     @cached_property
     def variants(self) -> tuple["Layout", ...]:
@@ -136,22 +141,41 @@ class Layout:
             return min(self.variants, key=lambda variant: variant.minimum_length).zeros()
         return b"".join(bytes([field.const]) if field.const else bytes(field.least) for field in self.fields)
 
-    def decode(self, payload: bytes) -> Decoded:
+    def decode(self, payload: bytes, *, raw_floats: bool = False) -> Decoded:
         """Decode a payload; no bytes make this raise.
 
-        Values are ints, floats (``"nan"``, ``"inf"``, ``"-inf"`` where not finite), bools (the number where
-        it is neither 0 nor 1), text, lower-case hex for bytes, names in lower case (the number where
-        unlisted), lists of names for flags with the unnamed bits as one number at the end, lists of these.
+        Args:
+            payload: the bytes.
+            raw_floats: 32-bit floats may be returned as they are (0.10000000149011612), not as their shortest
+                decimals (0.1), for a reader that rounds them to six digits.
 
-        A payload whose length matches no variant has no fields: if one byte is missing or left over, every
-        field may be misread.
+        Returns:
+            Values are ints, floats (``"nan"``, ``"inf"``, ``"-inf"`` where not finite), bools (the number
+            where it is neither 0 nor 1), text, lower-case hex for bytes, names in lower case (the number
+            where unlisted), lists of names for flags with the unnamed bits as one number at the end, lists
+            of these. A payload whose length matches no variant has no fields: if one byte is missing or
+            left over, every field may be misread.
         """
-        if self.variants[0] is not self:
-            fitting = (one for one in self.variants if one.accepts(len(payload)))
-            variant = next(fitting, None)
-            return variant.decode(payload) if variant else self._misfit(payload)
-        if not self.accepts(len(payload)):
-            return self._misfit(payload)
+        length = len(payload)
+        if length not in self._fitting:
+            self._fitting[length] = next((one for one in self.variants if one.accepts(length)), None)
+        variant = self._fitting[length]
+        return variant.decode_fitting(payload, raw_floats) if variant else self._misfit(payload)
+
+    @cached_property
+    def _fitting(self) -> dict[int, "Layout | None"]:
+        """Length of a payload -> the variant that it matches."""
+        return {}
+
+    @cached_property
+    def _reader(self) -> NumbersReader | None:
+        return numbers_reader(self.fields)
+
+    def decode_fitting(self, payload: bytes, raw_floats: bool) -> Decoded:
+        """Decode a payload whose length matches this one variant."""
+        if reader := self._reader:
+            fields = reader.read_raw(payload) if raw_floats else reader.read(payload)
+            return Decoded(fields, reader.units.copy(), b"", "")
         values: dict[str, object] = {}
         units: dict[str, str] = {}
         problems: list[str] = []

@@ -69,7 +69,7 @@ def decode(
     fixed = Generation(generation) if generation else None
     streams = _streams(inputs)
     first = next(streams)
-    shown = _Shown(output.format == "table", robot, explain)
+    shown = _Shown(output.format, robot, explain)
     captures: list[str] = []
     view = BYTES if explain else CAPTURED if isinstance(first, _Recording | _Text) else PACKETS
     with report(output, view) as rows:
@@ -116,11 +116,20 @@ class _Found(NamedTuple):
 
 
 class _Shown:
-    """Shows packets and counts them, also what no longer fits into a table."""
+    """Shows packets and counts them, also what no longer fits into a table.
 
-    def __init__(self, table: bool, robot: Robot | None, explain: bool) -> None:
+    Attributes:
+        good: packets, malformed ones aside.
+        bad: malformed packets.
+        total: bytes.
+        left_out: packets that did not fit.
+        rounds: the format rounds floats to six digits.
+    """
+
+    def __init__(self, form: str, robot: Robot | None, explain: bool) -> None:
         self.good = self.bad = self.total = self.left_out = 0
-        self._room = _TABLE_ROOM if table else None
+        self.rounds = form not in ("json", "jsonl")
+        self._room = _TABLE_ROOM if form == "table" else None
         self._robot = robot
         self._explain = explain
 
@@ -150,13 +159,13 @@ def _rows(
     """Yield the packets of a stream of bytes."""
     context = CaptureContext(robot)
     sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
-    for size, spoken, heard in _packets(stream, fixed):
-        shown.total += size
-        if heard is not None:
-            packet = context.complete(spoken, heard)
-            raw = CODECS[spoken].frame_of(packet)
-            sensors[spoken].observe(packet)
-            yield _Found(spoken, packet, raw, packet_row(packet, spoken, raw, robot, sensors[spoken]))
+    for spoken, heard in _packets(stream, fixed, shown):
+        packet = context.complete(spoken, heard)
+        raw = CODECS[spoken].frame_of(packet)
+        decoder = sensors[spoken]
+        decoder.observe(packet)
+        row = packet_row(packet, spoken, raw, robot, decoder, raw_floats=shown.rounds)
+        yield _Found(spoken, packet, raw, row)
 
 
 def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown: _Shown) -> Iterator[_Found]:
@@ -173,19 +182,18 @@ def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown
 
 
 def _packets(
-    stream: Iterable[bytes], fixed: Generation | None
-) -> Iterator[tuple[int, Generation, Packet | None]]:
-    """Yield bytes read, generation and packet; the packet is None where a chunk is only counted."""
+    stream: Iterable[bytes], fixed: Generation | None, shown: _Shown
+) -> Iterator[tuple[Generation, Packet]]:
+    """Yield the packets of a stream that ends with an empty chunk; the bytes are counted."""
     decoder = CODECS[fixed].decoder(Role.OBSERVER) if fixed else None
     recogniser = AutoDecoder()
     for chunk in stream:
-        yield len(chunk), fixed or Generation.V2, None
+        shown.total += len(chunk)
         if decoder and fixed:
             for packet in decoder.feed(chunk) if chunk else decoder.give_up():
-                yield 0, fixed, packet
+                yield fixed, packet
         else:
-            for spoken, packet in recogniser.feed(chunk) if chunk else recogniser.end():
-                yield 0, spoken, packet
+            yield from recogniser.feed(chunk) if chunk else recogniser.end()
 
 
 def _streams(inputs: tuple[str, ...]) -> Iterator[Iterable[bytes] | _Recording | _Text]:

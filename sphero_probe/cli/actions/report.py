@@ -22,6 +22,7 @@ from sphero_probe.reports.selection import Selection, select
 from sphero_probe.reports.views import FINDING, FINDINGS, PROTOCOL
 from sphero_probe.runs.json_report import is_json_report, read_json_report
 from sphero_probe.runs.reader import read_journal
+from sphero_probe.runs.record_stream import RecordStream
 from sphero_probe.runs.store import find_journal
 
 _SINGLE: Final = ("send", "led")
@@ -64,7 +65,11 @@ def show_run(output: Output, run: str, options: ReportOptions) -> None:
         BadInputFileError: there is no such run, or its file cannot be read.
         UsageError: an option is not valid.
     """
-    records, single = _records(find_journal(run))
+    path = find_journal(run)
+    if options == ReportOptions() and not is_json_report(path):
+        _stream_run(output, path)
+        return
+    records, single = _records(path)
     gc.freeze()  # the records stay until the end: the collector need not look at them again and again
     heading = next((record for record in records if isinstance(record, Heading)), None)
     robot = ROBOTS.get(heading.robot) if heading else None
@@ -86,6 +91,22 @@ def show_run(output: Output, run: str, options: ReportOptions) -> None:
     else:
         rows = select(records, row_of, selection, page=page and not single)
         show(output, view._replace(selection=selection), rows)
+
+
+def _stream_run(output: Output, path: Path) -> None:
+    """Show all records of a journal while it is read.
+
+    Raises:
+        BadInputFileError: it cannot be read.
+    """
+    with RecordStream(path) as stream:
+        if stream.opening is None:
+            raise BadInputFileError(f"{stream.path}: this journal is still empty")
+        records = stream.records()
+        if stream.opening.command in _SINGLE:
+            show(output, FINDING, (row_of(record) for record in records if isinstance(record, Finding)))
+        else:
+            show(output, FINDINGS, map(row_of, records))
 
 
 def _records(path: Path) -> tuple[Sequence[Record], bool]:

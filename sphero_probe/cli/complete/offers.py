@@ -99,6 +99,13 @@ def offer_plans(_: Context, start: str) -> "Offers":
     return _beginning(start, dict.fromkeys(names, "")) + offer_files(_, start)
 
 
+def offer_devices_and_commands(_: Context, start: str) -> "Offers":
+    """Offer the names of devices and commands of both generations."""
+    words = {name: "" for names in DEVICE_NAMES.values() for name in names.values()}
+    rows = (row for generation in Generation for row in all_rows(generation) if row.kind is Kind.COMMAND)
+    return _beginning(start, words | {row.name: row.risk.word for row in rows})
+
+
 def offer_runs(_: Context, start: str) -> "Offers":
     """Offer the recorded runs, newest first, and files."""
     kept = (path.stem for path in journal_files())
@@ -144,6 +151,7 @@ OFFERS: Final["dict[str, Callable[[Context, str], Offers]]"] = {
     "plans": offer_plans,
     "robots": offer_robots,
     "runs": offer_runs,
+    "what": offer_devices_and_commands,
 }
 """Kind -> the function that returns its candidates."""
 

@@ -3,10 +3,11 @@
 The header names the keys of the rows. Rows of other types than the view's are left out.
 """
 
-import csv
+from functools import partial
 from typing import TextIO
 
 from sphero_probe.reports.printable import csv_cell
+from sphero_probe.reports.record_cells import RecordCells
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
@@ -16,17 +17,17 @@ class CommaSeparated:
     """Writes the view's rows as they arrive, after the header."""
 
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
-        self._writer = csv.writer(out, lineterminator="\n")
+        self._out = out
         self._view = view
-        self._style = style
+        self._cells = RecordCells(view, partial(_quoted, unicode=style.unicode))
+        self._unicode = style.unicode
         self._headed = False
 
     def add(self, row: Row) -> None:
         """Write a record."""
         if row.type == self._view.type:
             self._head()
-            cells = (column.render(row.data) for column in self._view.record_columns)
-            self._writer.writerow([csv_cell(cell, unicode=self._style.unicode) for cell in cells])
+            self._write(self._cells.of(row))
 
     def close(self) -> None:
         """Write the header if there was no record."""
@@ -35,7 +36,19 @@ class CommaSeparated:
     def _head(self) -> None:
         if not self._headed:
             self._headed = True
-            self._writer.writerow([column.key for column in self._view.record_columns])
+            keys = (column.key for column in self._view.record_columns)
+            self._write([_quoted(key, unicode=self._unicode) for key in keys])
+
+    def _write(self, cells: list[str]) -> None:
+        self._out.write(",".join(cells) + "\n")
+
+
+def _quoted(text: str, *, unicode: bool) -> str:
+    """Return a cell, in quotes where RFC 4180 wants them; the module csv would check every cell again."""
+    cell = csv_cell(text, unicode=unicode)
+    if "," in cell or '"' in cell:
+        return '"' + cell.replace('"', '""') + '"'
+    return cell
 
 
 def report(out: TextIO, *, view: View, style: Style) -> CommaSeparated:

@@ -2,7 +2,7 @@
 
 from typing import TextIO
 
-from sphero_probe.reports.json_text import object_text
+from sphero_probe.reports.json_text import JsonObjects
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
@@ -13,11 +13,12 @@ class JsonArray:
 
     def __init__(self, out: TextIO) -> None:
         self._out = out
+        self._objects = JsonObjects()
         self._first = True
 
     def add(self, row: Row) -> None:
         """Write an element."""
-        self._out.write(("[\n" if self._first else ",\n") + object_text(row, first=self._first))
+        self._out.write(("[\n" if self._first else ",\n") + self._objects.text(row))
         self._first = False
 
     def close(self) -> None:

@@ -2,7 +2,7 @@
 
 from typing import TextIO
 
-from sphero_probe.reports.json_text import object_text
+from sphero_probe.reports.json_text import JsonObjects
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
@@ -13,12 +13,11 @@ class JsonLines:
 
     def __init__(self, out: TextIO) -> None:
         self._out = out
-        self._first = True
+        self._objects = JsonObjects()
 
     def add(self, row: Row) -> None:
         """Write a line."""
-        self._out.write(object_text(row, first=self._first) + "\n")
-        self._first = False
+        self._out.write(self._objects.text(row) + "\n")
 
     def close(self) -> None:
         """Nothing is left to write."""
