@@ -16,16 +16,20 @@ _INBOUND, _OUTBOUND = 1, 2
 
 
 def head(application: str, *links: int) -> bytes:
-    """Return the start of a file whose times are nanoseconds.
+    """Return the start of a file, with an interface for each link type."""
+    return section(application) + b"".join(map(interface, links))
 
-    Args:
-        application: what writes it.
-        links: the link type of each interface.
-    """
-    section = pack("<IHHq", _ORDER_MARK, 1, 0, -1) + _options((_APPLICATION, application.encode()))
+
+def section(application: str) -> bytes:
+    """Return the first block of a file; ``application`` is what writes it."""
+    start = pack("<IHHq", _ORDER_MARK, 1, 0, -1)
+    return _block(_SECTION, start + _options((_APPLICATION, application.encode())))
+
+
+def interface(link: int) -> bytes:
+    """Return the block of the next interface, whose times are nanoseconds; ``link`` is its link type."""
     resolution = _options((_RESOLUTION, bytes((_NANOSECONDS,))))
-    interfaces = (_block(_INTERFACE, pack("<HHI", link, 0, 0) + resolution) for link in links)
-    return _block(_SECTION, section) + b"".join(interfaces)
+    return _block(_INTERFACE, pack("<HHI", link, 0, 0) + resolution)
 
 
 def packet(record: Record) -> bytes:

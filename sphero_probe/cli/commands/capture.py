@@ -54,6 +54,26 @@ def convert(file: str, target: str) -> None:
     convert_capture(file, target)
 
 
+@command.command("redact", cls=StrictCommand)
+@click.argument("file", metavar="FILE", shell_complete=offer("files"))
+@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The pcapng file to write.")
+@click.option(
+    "--seed", type=int, metavar="N", help="Choose the pseudonyms; without it they differ each time."
+)
+def redact(file: str, target: str, seed: int | None) -> None:
+    """Write a capture to a pcapng file without what identifies people and devices, to share it.
+
+    Bluetooth addresses, names and other values that identify a robot or its owner are replaced, in HCI and
+    radio packets and in the robots' payloads; equal values stay equal. Keys are blanked. Traffic of other
+    devices and comments are left out. Times stay, and so do the payloads of unknown commands.
+
+    Example: sphero-probe capture redact btsnoop_hci.log -o shared.pcapng
+    """
+    from sphero_probe.cli.actions.capture_redact import redact_capture
+
+    redact_capture(file, target, seed)
+
+
 @command.command("dissector", cls=StrictCommand)
 def dissector() -> None:
     """Print a Wireshark dissector for the packets of V1 and V2 robots, written in Lua.
