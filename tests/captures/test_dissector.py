@@ -16,7 +16,7 @@ import pytest
 from sphero_probe.captures.dissector import dissector, quoted
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.pairing import Pairing
-from sphero_probe.captures.pcapng_out import head, packet
+from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
 from sphero_probe.captures.source import Source
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
@@ -149,7 +149,8 @@ def written(script: Script, frames: list[Frame], *, interfaces: tuple[int, ...])
     records = list(script.opening(START))
     for number, (to_robot, raw) in enumerate(frames, 1):
         records += (script.sent if to_robot else script.received)(START + number * STEP, raw)
-    return head("test", *interfaces) + b"".join(map(packet, records))
+    writer = PcapngWriter("test")
+    return writer.start() + b"".join(map(writer.packet, records))
 
 
 def by_us(file: bytes) -> list[Seen]:
@@ -426,7 +427,8 @@ def test_robots_stay_apart_and_other_devices_show_nothing(tmp_path: Path) -> Non
         records += (scripts[number].sent if captured.to_robot else scripts[number].received)(
             time, captured.raw
         )
-    alone = head("test", BleScript.link) + b"".join(map(packet, records))
+    writer = PcapngWriter("test")
+    alone = writer.start() + b"".join(map(writer.packet, records))
     pairings = {number: Pairing() for number in scripts}
     again = open_capture(Source(io.BytesIO(alone)), "a file")
     assert again

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from sphero_probe.captures.link_layer import crc24_again
 from sphero_probe.captures.packet import CapturedPacket
+from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
 from sphero_probe.captures.redaction.copy import Redaction
 from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
@@ -145,7 +146,8 @@ def redacted(file: bytes, seed: bytes = b"a seed") -> bytes:
     capture = open_capture(Source(io.BytesIO(file)), "a file")
     assert capture
     redaction.learn(capture)
-    return b"".join(redaction.copy(Source(io.BytesIO(file)), "a test"))
+    writer = PcapngWriter("a test")
+    return writer.start() + b"".join(map(writer.packet, redaction.copy(Source(io.BytesIO(file)))))
 
 
 def packets(file: bytes) -> list[CapturedPacket]:

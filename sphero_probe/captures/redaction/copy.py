@@ -1,4 +1,4 @@
-"""A capture in, the same capture as pcapng without what identifies out.
+"""A capture in, the records of the same capture without what identifies out.
 
 The file is read twice: first to find the robots and what identifies them, then to write. Advertising,
 connections and the robots' packets are kept. The traffic of other devices, keys, comments and what is not
@@ -14,7 +14,6 @@ from sphero_probe.captures.containers import recognise
 from sphero_probe.captures.events import Closed, Counts, Event, Line, LinkReader, Opened, Piece, Serial
 from sphero_probe.captures.l2cap import ATT_CHANNEL, Reassembler, Whole
 from sphero_probe.captures.numbering import Numbering
-from sphero_probe.captures.pcapng_out import interface, packet, section
 from sphero_probe.captures.reader import READERS, Capture
 from sphero_probe.captures.record import HCI_H4, HCI_H4_DIRECTION, LINUX_MONITOR, Record
 from sphero_probe.captures.redaction.att import RobotAtt
@@ -68,7 +67,6 @@ class Redaction:
         self._numbers = Numbering()
         self._robots: dict[int, RobotAtt] = {}
         self._queue: deque[_Held] = deque()
-        self._interfaces: dict[tuple[int, int], int] = {}
 
     def learn(self, capture: Capture) -> None:
         """Find the robots, and what identifies them.
@@ -92,26 +90,20 @@ class Redaction:
             for field, start, end in identifying_spans(completed, captured.generation):
                 self._pseudonyms.learn_value(field, payload_of(completed)[start:end])
 
-    def copy(self, source: Source, application: str) -> Iterator[bytes]:
-        """Yield the blocks of the pcapng file.
-
-        Args:
-            source: the file again, at its start.
-            application: what writes the file.
-        """
-        yield section(application)
+    def copy(self, source: Source) -> Iterator[Record]:
+        """Yield the records that may be shared; ``source`` is the file again, at its start."""
         container = recognise(source)
         try:
             for record in (container and container.records) or ():
                 self._take(record)
-                yield from self._written(_MAX_WAITING)
+                yield from self._ready(_MAX_WAITING)
         except UnreadableCaptureError:
             pass  # a cut file ends where ``learn`` has ended
         for robot in self._robots.values():
             robot.end()
-        yield from self._written(0)
+        yield from self._ready(0)
 
-    def _written(self, most: int) -> Iterator[bytes]:
+    def _ready(self, most: int) -> Iterator[Record]:
         """Yield what is settled; what waits beyond the most is left out."""
         while self._queue and (self._queue[0].settled or len(self._queue) > most):
             held = self._queue.popleft()
@@ -120,12 +112,7 @@ class Redaction:
                 self.left_out += 1
                 continue
             self.kept += 1
-            key = (held.made.link, held.made.interface)
-            number = self._interfaces.get(key)
-            if number is None:
-                number = self._interfaces[key] = len(self._interfaces)
-                yield interface(held.made.link)
-            yield packet(held.made._replace(interface=number))
+            yield held.made
 
     def _take(self, record: Record) -> None:
         held = _Held(record)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from sphero_probe import __version__
+from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.redaction.copy import Redaction
 from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
 from sphero_probe.captures.source import Source
@@ -39,7 +40,9 @@ def redact_capture(path: str, target: str, seed: int | None) -> None:
     with recording(path) as file:
         try:
             with Path(target).open("wb") as out:
-                out.writelines(redaction.copy(Source(file), f"sphero-probe {__version__}"))
+                writer = PcapngWriter(f"sphero-probe {__version__}")
+                out.write(writer.start())
+                out.writelines(map(writer.packet, redaction.copy(Source(file))))
         except OSError as error:
             raise OutputError(f"cannot write {target}: {error.strerror}") from error
     say(f"{path}: {capture.said}")

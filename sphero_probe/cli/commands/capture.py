@@ -39,19 +39,23 @@ def show(
 
 
 @command.command("convert", cls=StrictCommand)
-@click.argument("file", metavar="FILE", shell_complete=offer("files"))
-@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The pcapng file to write.")
-def convert(file: str, target: str) -> None:
-    """Write the packets of the robots in a capture to a pcapng file, and nothing of other devices.
+@click.argument("source", metavar="FILE|RUN", shell_complete=offer("files"))
+@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The file to write.")
+@click.option("--to", "form", type=click.Choice(["pcapng"]), default="pcapng", help="The format to write.")
+def convert(source: str, target: str, form: str) -> None:
+    """Write the packets of the robots in a capture or of a recorded run to a pcapng file.
 
-    Times and frames are those of the capture. The advertisement, the connection and the discovery around them
-    are made up, so that Wireshark shows each robot's characteristics.
+    Traffic of other devices is left out. Times and frames are those of the capture. The advertisement, the
+    connection and the discovery around them are made up, so that Wireshark shows the characteristics.
+    A run is a journal, its name, or "last". Comments on its packets say which probe they belong to, and what
+    came of it.
 
-    Example: sphero-probe capture convert btsnoop_hci.log -o robots.pcapng
+    Example: sphero-probe capture convert last -o run.pcapng
     """
-    from sphero_probe.cli.actions.capture_convert import convert_capture
+    from sphero_probe.cli.actions.capture_convert import convert as convert_to_pcapng
 
-    convert_capture(file, target)
+    del form
+    convert_to_pcapng(source, target)
 
 
 @command.command("redact", cls=StrictCommand)
