@@ -17,7 +17,7 @@ from sphero_probe.captures.events import (
     Piece,
     Serial,
 )
-from sphero_probe.captures.hci import HciReader
+from sphero_probe.captures.hci import CUT_SHORT, HciReader
 from sphero_probe.captures.l2cap import ATT_CHANNEL, Reassembler
 from sphero_probe.captures.link_layer import ENCRYPTED, LinkLayerReader
 from sphero_probe.captures.numbering import Numbering
@@ -113,6 +113,8 @@ class Capture:
         if not self.found and (near := self._robots.unanswered):
             parts.append(f"{_many(near, 'frame')} without an answer, too few to tell a robot")
         parts += [f"{what}: {count}" for what, count in self.counts.items() if count]
+        if self.counts[CUT_SHORT]:
+            parts.append("record whole packets, on Android with the HCI snoop log of the developer options")
         if self.counts[ENCRYPTED]:
             parts.append("record HCI on the host, or decrypt with the key in Wireshark and export that")
         if self.cut is not None:

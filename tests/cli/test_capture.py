@@ -244,7 +244,7 @@ def test_a_zip_without_a_log_and_a_damaged_one_are_said(cli: Cli, tmp_path: Path
     other = zipped(tmp_path / "other.zip", {"text": b"x"})
     ran = cli("decode", other)
     assert ran.code == 8
-    assert "a zip without a btsnoop log" in ran.err
+    assert "a zip without a Bluetooth log" in ran.err
     whole = zipped(tmp_path / "report.zip", {"btsnoop_hci.log": Path(recorded).read_bytes()})
     data = bytearray(Path(whole).read_bytes())
     data[200:230] = bytes(30)
