@@ -19,12 +19,17 @@ _RECORDS: Final = {1: Struct("<HIB"), 2: Struct("<HHIB")}
 """Version -> the head of a record: bytes kept, in version 2 bytes of the packet, microseconds, kind."""
 _ZLIB: Final = 0x78
 """First byte of the compressed part."""
-_H4_TYPES: Final = {0: 4, 1: 2, 2: 3, 7: 5}
-"""Low half of the kind of what was received -> the type byte of H4."""
-_SENT_TYPES: Final = {0: 1, 1: 2, 2: 3, 0xD: 5}
-"""The same of what was sent."""
-_SENT: Final = 2
-"""High half of the kind of what was sent."""
+_KINDS: Final = {
+    0x10: (4, False),
+    0x11: (2, False),
+    0x12: (3, False),
+    0x17: (5, False),
+    0x20: (1, True),
+    0x21: (2, True),
+    0x22: (3, True),
+    0x2D: (5, True),
+}
+"""Kind of a record -> the type byte of H4, and whether it was sent."""
 _MAX_ENCODED: Final = 1 << 25
 _MAX_DECODED: Final = 1 << 26
 _OUT_HEAD: Final = Struct(">8sII")
@@ -99,15 +104,15 @@ def as_btsnoop(log: bytes) -> bytes:
 
 
 def _records(plain: bytes, head: Struct) -> Iterator[_Kept]:
-    at = 0
+    at = passed = 0
     while at + head.size <= len(plain):
         kept, *packet, after, kind = head.unpack_from(plain, at)
+        passed += after
         at += head.size
         data = plain[at : at + max(0, kept - 1)]
         if not kept or len(data) < kept - 1:
             return
         at += kept - 1
-        sent = kind >> 4 == _SENT
-        h4 = (_SENT_TYPES if sent else _H4_TYPES).get(kind & 0xF)
-        if h4:
-            yield _Kept(h4, sent, after, packet[0] if packet else kept, data)
+        if kind in _KINDS:
+            yield _Kept(*_KINDS[kind], passed, packet[0] if packet else kept, data)
+            passed = 0

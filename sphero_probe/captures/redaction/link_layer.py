@@ -14,7 +14,7 @@ ADVERTISING_ACCESS: Final = 0x8E89BED6
 _ADDRESSES: Final = {0: 1, 1: 2, 2: 1, 3: 2, 4: 1, 5: 2, 6: 1}
 """Type of an advertising packet -> how many addresses it begins with; extended ones are not read."""
 _WITH_DATA: Final = frozenset({0, 2, 4, 6})
-_TYPE: Final = 0xF
+_PDU_TYPE: Final = 0xF
 _HEAD, _CRC = 6, 3
 _KIND: Final = 3
 """Bits of a data header that say what it is; all are set in a control packet."""
@@ -56,13 +56,13 @@ def redacted_advertisement(record: Record, pseudonyms: Pseudonyms) -> Record | N
     start = radio_start(record)
     body = record.data[start:]
     size = body[5] if len(body) > 5 else 0
-    count = _ADDRESSES.get(body[4] & _TYPE if size else -1)
+    count = _ADDRESSES.get(body[4] & _PDU_TYPE if size else -1)
     payload = body[_HEAD : _HEAD + size]
     if count is None or len(payload) < max(size, 6 * count):
         return None
     made = b"".join(pseudonyms.reversed_address(payload[at : at + 6]) for at in range(0, 6 * count, 6))
     rest = payload[6 * count :]
-    made += redacted_advertising(rest, pseudonyms) if body[4] & _TYPE in _WITH_DATA else rest
+    made += redacted_advertising(rest, pseudonyms) if body[4] & _PDU_TYPE in _WITH_DATA else rest
     return with_payload(record, made)
 
 

@@ -19,7 +19,6 @@ _LEAST: Final = 4
 """Bytes of the shortest value that is looked for in other places; shorter ones are there by chance."""
 _MAX_KNOWN: Final = 1 << 12
 _MAX_MADE: Final = 1 << 16
-_NAME_DIGITS: Final = b"0123456789ABCDEF"
 
 
 class Pseudonyms:
@@ -153,7 +152,7 @@ class Pseudonyms:
         turn = 0
         while True:
             made = self._digest(b"name%d" % turn, name, size)
-            digits = bytes(_NAME_DIGITS[byte & 0xF] for byte in made)
+            digits = made.hex().upper().encode()[:size]
             if not name.endswith(digits):
                 return digits
             turn += 1
