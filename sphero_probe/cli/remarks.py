@@ -20,13 +20,14 @@ class RemarkingRecorder:
     def intend(self, probe: PreparedProbe) -> None:
         """Record that a probe is about to be sent."""
         self._recorder.intend(probe)
-        name = probe.knowledge.name if probe.knowledge else None
-        self._tell(Remark(probe.number, asked(probe.number, probe.command, name), is_verdict=False))
+        if self._events.wanted(Remarked):
+            name = probe.knowledge.name if probe.knowledge else None
+            self._tell(Remark(probe.number, asked(probe.number, probe.command, name), is_verdict=False))
 
     def record(self, record: Record) -> None:
         """Record a heading, finding, note or summary."""
         self._recorder.record(record)
-        if isinstance(record, Finding) and record.attempts:
+        if isinstance(record, Finding) and record.attempts and self._events.wanted(Remarked):
             self._tell(Remark(record.number, verdict(record), is_verdict=True))
 
     def _tell(self, remark: Remark) -> None:
