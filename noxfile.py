@@ -48,7 +48,7 @@ def tests(session: nox.Session) -> None:
 @nox.session
 def proofs(session: nox.Session) -> None:
     """Run the long proofs that the suite leaves out: the oracle, the strangers, the judgement of tshark."""
-    python(session, "-m", "pytest", "--no-cov", "-m", "slow")
+    python(session, "-m", "pytest", "--no-cov", "-m", "slow", "-rs")
 
 
 @nox.session

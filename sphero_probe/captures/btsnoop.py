@@ -14,7 +14,7 @@ from sphero_probe.errors import UnreadableCaptureError
 MAGIC: Final = b"btsnoop\0"
 _HEAD: Final = Struct(">8sII")
 _RECORD: Final = Struct(">IIIIq")
-_EPOCH: Final = 0x00DCDDB30F2F8000
+EPOCH: Final = 0x00DCDDB30F2F8000
 """Microseconds from the year 0, where btsnoop starts to count, to 1970."""
 _H1, _H4, _MONITOR = 1001, 1002, 2001
 _RECEIVED, _COMMAND_OR_EVENT = 1, 2
@@ -34,7 +34,7 @@ def btsnoop_records(source: Source) -> Iterator[Record]:
     while source.more():
         _, size, flags, _, stamp = _RECORD.unpack(source.take(_RECORD.size))
         data = source.take(size)
-        time = (stamp - _EPOCH) * 1000
+        time = (stamp - EPOCH) * 1000
         if datalink == _MONITOR:
             yield Record(time, LINUX_MONITOR, flags.to_bytes(4) + data)
             continue

@@ -4,11 +4,13 @@ Where discovery is in the capture, its UUID says so. Else the traffic does: vali
 answers to them in the other.
 """
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
+from sphero_probe.captures.logs import may_start_frame
 from sphero_probe.catalogue.gatt import PROFILES
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
+from sphero_probe.protocol.packets import Generation, Malformed, Packet, Request, Role
 
 _GIVEN_UP: Final = 16
 """Pieces of damage without one valid frame after which a channel is taken for another device's."""
@@ -20,10 +22,11 @@ _ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.OBSERVER}
 
 
 class Heard(NamedTuple):
-    """A packet and the sizes of the values that carried it."""
+    """A packet, the sizes of the values that carried it, and why it is in doubt, or empty."""
 
     packet: Packet
     parts: tuple[int, ...]
+    doubt: str = ""
 
 
 class Trial:
@@ -38,19 +41,41 @@ class Trial:
     def __init__(self, generation: Generation, to_robot: bool | None) -> None:
         self.generation = generation
         self.valid = self.damaged = 0
-        self._decoder = CODECS[generation].decoder(_ROLES[to_robot])
+        self._codec = CODECS[generation]
+        self._decoder = self._codec.decoder(_ROLES[to_robot])
         self._parts: tuple[int, ...] = ()
+        self._flags = {self._codec.unchecked_flags}
+        self._held = 0
 
     def feed(self, data: bytes) -> list[Heard]:
         """Return the packets that a value completes."""
         parts = (*self._parts[-_MAX_PARTS:], len(data))
         packets = self._decoder.feed(data)
         self._parts = () if packets else parts
-        return self._counted(packets, parts, len(data))
+        heard = self._counted(packets, parts, len(data))
+        if self._codec.unchecked_flags is None:
+            return heard
+        self._held += len(data) - sum(len(self._codec.frame_of(packet)) for packet in packets)
+        rest = data[len(data) - self._held :] if 0 < self._held <= len(data) else b""
+        return list(self._doubted(heard, rest))
 
     def end(self) -> list[Heard]:
         """Return what the end of the connection leaves."""
         return self._counted(self._decoder.give_up(), self._parts, 0)
+
+    def _doubted(self, heard: list[Heard], rest: bytes) -> Iterator[Heard]:
+        """Yield packets with what is doubtful about them; ``rest`` is what follows the last in its value."""
+        damaged = [isinstance(packet, Malformed) for packet, *_ in heard]
+        damaged = [False, *damaged, bool(rest) and not may_start_frame(rest)]
+        for at, each in enumerate(heard, 1):
+            packet = each.packet
+            doubt = ""
+            if isinstance(packet, Request) and packet.flags not in self._flags:
+                self._flags.add(packet.flags)
+                doubt = "flags that no checksum covers, for the first time on this connection"
+            if damaged[at - 1] or damaged[at + 1]:
+                doubt = "next to damaged bytes"
+            yield each._replace(doubt="" if damaged[at] else doubt)
 
     def _counted(self, packets: list[Packet], parts: tuple[int, ...], size: int) -> list[Heard]:
         bad = sum(isinstance(packet, Malformed) for packet in packets)

@@ -143,9 +143,10 @@ class Conversations:
                 self._decide(talk)
             self._waiting.popleft()
             if channel.accepted and trial.generation in channel.trials:
-                raw = CODECS[trial.generation].frame_of(heard.packet)
+                packet, parts, doubt = heard
+                raw = CODECS[trial.generation].frame_of(packet)
                 yield CapturedPacket(
-                    time, talk.connection, to_robot, handle, heard.parts, trial.generation, heard.packet, raw
+                    time, talk.connection, to_robot, handle, parts, trial.generation, packet, raw, doubt
                 )
 
     def _decide(self, talk: Conversation) -> None:

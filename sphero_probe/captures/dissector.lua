@@ -6,7 +6,11 @@
 --
 -- The characteristics of the robots are read where discovery is in the capture. Where it is not, choose
 -- sphero_v2, sphero_v1_command or sphero_v1_response for the handle in "Decode As". A serial line is read in
--- captures of link type 250 (RTAC Serial).
+-- captures of link types 250 (RTAC Serial) and 147 (USER0). Several serial interfaces in one file are kept apart by
+-- tshark in one pass only: elsewhere Wireshark does not tell the interface, so write one file for each line.
+--
+-- In captures from the air, a packet that was sent again is shown again: Wireshark hands both on. The filter
+-- !btle.retransmit leaves the second one out.
 
 local catalogue = {}
 --@CATALOGUE@
@@ -21,6 +25,7 @@ local sphero_v2 = Proto("sphero_v2", "Sphero V2 characteristic")
 local sphero_v1_command = Proto("sphero_v1_command", "Sphero V1 command characteristic")
 local sphero_v1_response = Proto("sphero_v1_response", "Sphero V1 response characteristic")
 local sphero_serial = Proto("sphero_serial", "Sphero serial line")
+local sphero_bare = Proto("sphero_bare", "Sphero serial line without a header")
 
 local f = {
     generation = ProtoField.uint8("sphero.generation", "Generation"),
@@ -645,30 +650,22 @@ for _, each in ipairs({ sphero_v2, sphero_v1_command, sphero_v1_response }) do
     pcall(by_handle.add_for_decode_as, by_handle, each)
 end
 
--- Serial: link type 250 has a header of 12 bytes, which Wireshark's own dissector shows.
+-- Serial: link type 250 has a header of 12 bytes, which Wireshark's own dissector shows. Link type 147 is the
+-- first one for private use: what is not a robot's there is left to the dissector that was chosen for it.
 
 local by_link = DissectorTable.get("wtap_encap")
 local rtac = by_link:get_dissector(wtap.RTAC_SERIAL)
+local user = by_link:get_dissector(wtap.USER0)
+local interface_of = Field.new("frame.interface_id")
 local RTAC_HEADER, RTAC_KIND = 12, 8
 local RTAC_SENT = { [0x01] = true, [0x02] = false, [0x03] = true, [0x04] = false }
 
-function sphero_serial.dissector(tvb, pinfo, tree)
-    if rtac then
-        rtac:call(tvb, pinfo, tree)
-    end
-    if tvb:len() <= RTAC_HEADER then
-        return tvb:len()
-    end
-    local to_robot = RTAC_SENT[tvb(RTAC_KIND, 1):uint() % 128]
-    if to_robot == nil then
-        return tvb:len()
-    end
-    local data = tvb(RTAC_HEADER):tvb()
-    local line = "serial"
-    local direction = to_robot and " to" or " from"
-    local key = line .. direction
-    -- V2 or V1? The first record that begins with a valid frame tells; before it, the line is left alone.
-    local spoken = completed[key .. " reader"]
+-- V2 or V1? The first record of a line that begins with a valid frame tells; before it, the line is left alone.
+local function dissect_serial(data, pinfo, tree, to_robot)
+    local interface = interface_of()
+    local line = "serial " .. tostring(interface and interface.value or 0)
+    local key = line .. (to_robot == nil and " both" or to_robot and " to" or " from") .. " reader"
+    local spoken = completed[key]
     if spoken == nil then
         for _, read in ipairs({ v2_read, v1_read }) do
             local found = read(data:raw(0, data:len()), to_robot)
@@ -678,12 +675,31 @@ function sphero_serial.dissector(tvb, pinfo, tree)
             end
         end
         if spoken == nil then
-            return tvb:len()
+            return false
         end
-        completed[key .. " reader"] = spoken
+        completed[key] = spoken
     end
     dissect(data, pinfo, tree, line, spoken, to_robot)
+    return true
+end
+
+function sphero_serial.dissector(tvb, pinfo, tree)
+    if rtac then
+        rtac:call(tvb, pinfo, tree)
+    end
+    local to_robot = tvb:len() > RTAC_HEADER and RTAC_SENT[tvb(RTAC_KIND, 1):uint() % 128]
+    if tvb:len() > RTAC_HEADER and to_robot ~= nil then
+        dissect_serial(tvb(RTAC_HEADER):tvb(), pinfo, tree, to_robot)
+    end
+    return tvb:len()
+end
+
+function sphero_bare.dissector(tvb, pinfo, tree)
+    if not dissect_serial(tvb, pinfo, tree, sent(pinfo)) and user then
+        user:call(tvb, pinfo, tree)
+    end
     return tvb:len()
 end
 
 by_link:add(wtap.RTAC_SERIAL, sphero_serial)
+by_link:add(wtap.USER0, sphero_bare)

@@ -20,6 +20,7 @@ from sphero_probe.captures.events import (
 )
 from sphero_probe.captures.record import HCI_H4_DIRECTION, LINUX_MONITOR, Record
 
+CUT_SHORT: Final = "ACL packets cut short"
 _COMMAND, _ACL, _EVENT = 1, 2, 4
 _SHIFT: Final = 8
 _FIRST_TO_CONTROLLER, _CONTINUES, _FIRST_FLUSHABLE = 0, 1, 2
@@ -61,7 +62,7 @@ class HciReader:
         size = data[2] | data[3] << 8
         boundary = word >> 12 & 3
         if size != len(data) - 4:
-            self._counts["ACL packets cut short"] += 1
+            self._counts[CUT_SHORT] += 1
             return []
         if sent is None and boundary != _CONTINUES:
             sent = boundary == _FIRST_TO_CONTROLLER

@@ -3,7 +3,7 @@
 From the Bluetooth Core Specification, volume 3, part A.
 """
 
-from typing import Final
+from typing import Final, Generic, NamedTuple, TypeVar
 
 from sphero_probe.captures.events import Counts, Piece
 
@@ -11,19 +11,38 @@ ATT_CHANNEL: Final = 0x0004
 _HEAD: Final = 4
 _MAX_OPEN: Final = 1 << 10
 _Key = tuple[int, int | None, bool | None]
+Origin = TypeVar("Origin")
 
 
-class Reassembler:
+class Whole(NamedTuple, Generic[Origin]):
+    """A whole L2CAP packet.
+
+    Attributes:
+        sent: as in ``Piece``.
+        channel: the channel id.
+        data: what follows the header.
+        origins: what ``feed`` was told of each of its pieces.
+    """
+
+    sent: bool | None
+    channel: int
+    data: bytes
+    origins: tuple[Origin, ...]
+
+
+class Reassembler(Generic[Origin]):
     """Holds the packets that have begun; of one that lacks a part nothing is used."""
 
     def __init__(self, counts: Counts) -> None:
         """Count what cannot be put together."""
         self._counts = counts
-        self._open: dict[_Key, bytes] = {}
+        self._open: dict[_Key, tuple[bytes, tuple[Origin, ...]]] = {}
 
-    def feed(self, piece: Piece) -> tuple[bool | None, bytes] | None:
-        """Take the next piece; return direction and bytes of the ATT packet that it completes, or None."""
-        line, sent, held = piece.line, piece.sent, b""
+    def feed(self, piece: Piece, origin: Origin) -> Whole[Origin] | None:
+        """Take the next piece and where it is from; return the packet that it completes, or None."""
+        line, sent = piece.line, piece.sent
+        held = b""
+        origins: tuple[Origin, ...] = (origin,)
         if not piece.start and sent is None:
             open_ways = [way for way in (True, False, None) if (*line, way) in self._open]
             sent = open_ways[0] if len(open_ways) == 1 else None
@@ -35,19 +54,19 @@ class Reassembler:
             self._counts["parts without a start"] += 1
             return None
         else:
-            held = begun
+            held, origins = begun[0], (*begun[1], origin)
         held += piece.data
         size = int.from_bytes(held[:2], "little") + _HEAD
         if len(held) < _HEAD or len(held) < size:
             if len(self._open) >= _MAX_OPEN:
                 del self._open[next(iter(self._open))]
                 self._counts["packets that lack their end"] += 1
-            self._open[key] = held
+            self._open[key] = held, origins
             return None
         if len(held) > size:
             self._counts["packets longer than they say"] += 1
             return None
-        return (sent, held[_HEAD:]) if int.from_bytes(held[2:4], "little") == ATT_CHANNEL else None
+        return Whole(sent, int.from_bytes(held[2:4], "little"), held[_HEAD:], origins)
 
     def close(self, interface: int, handle: int | None) -> None:
         """Forget what had begun on a connection that ended."""

@@ -32,6 +32,8 @@ _TO_PERIPHERAL, _TO_CENTRAL = 2, 3
 _GAP, _SLACK, _BYTE = 150_000, 100_000, 8_000
 """Nanoseconds between packets of one connection event, how far that may be off, of a byte at 1 Mbit/s."""
 _MAX_CONNECTIONS: Final = 1 << 10
+_TAPS, _TOP = 0xDA6000, 0x800000
+"""The polynomial of the checksum, its lowest power in the highest bit, and that bit."""
 
 
 class _Packet(NamedTuple):
@@ -163,9 +165,25 @@ def _nordic(data: bytes) -> _Packet | None:
 
 def crc24(data: bytes, seed: int) -> bytes:
     """Return the checksum of a radio packet as it is on the air, for its start value."""
-    state = int(f"{seed:024b}"[::-1], 2)
+    return _forward(int(f"{seed:024b}"[::-1], 2), data)
+
+
+def crc24_again(old: bytes, checksum: bytes, new: bytes) -> bytes:
+    """Return the checksum of a packet that replaces another, with the start value that the other had.
+
+    A wrong checksum stays wrong. The start value follows from the other packet and its checksum.
+    """
+    state = int.from_bytes(checksum, "little")
+    for byte in reversed(old):
+        for _ in range(8):
+            state = (state ^ _TAPS) << 1 | 1 if state & _TOP else state << 1
+        state ^= byte
+    return _forward(state, new)
+
+
+def _forward(state: int, data: bytes) -> bytes:
     for byte in data:
         state ^= byte
         for _ in range(8):
-            state = state >> 1 ^ (0xDA6000 if state & 1 else 0)
+            state = state >> 1 ^ (_TAPS if state & 1 else 0)
     return state.to_bytes(3, "little")

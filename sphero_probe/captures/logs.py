@@ -74,7 +74,11 @@ class LogReader:
         self._before: list[tuple[str, bool | None, bytes]] = []
 
     def feed(self, line: str) -> Said | None:
-        """Take the next line; return what it says, None where it says nothing."""
+        """Take the next line; return what it says, None where it says nothing.
+
+        Raises:
+            UsageError: it says what was sent or received, but that may stand for different bytes.
+        """
         line = _ANSI.sub("", line)[:_MAX_LINE]
         if found := _BTMON.match(line):
             self._sent, self._att = found[1] == "<", False
@@ -101,14 +105,16 @@ class LogReader:
         if not runs:
             return None
         run = next((each for each in runs if _starts(each[0])), runs[-1])
+        words = rest[: run.start()] + " " + rest[run.end() :]
+        to_robot = _direction(words)
         try:
             data = pasted_bytes(run[0])
         except UsageError:
-            return None
+            if to_robot is None:
+                return None
+            raise
         if not data:
             return None
-        words = rest[: run.start()] + " " + rest[run.end() :]
-        to_robot = _direction(words)
         kind = re.sub(r"\W+|\d", "", words).lower()
         if self._is_told_again(kind, to_robot, data):
             return None
@@ -147,6 +153,11 @@ def _hidden(line: str) -> str:
 def starts_frame(data: bytes) -> bool:
     """Whether bytes begin as a frame of either generation does."""
     return data[:1] == b"\x8d" or (data[:1] == b"\xff" and data[1:2] >= b"\xf8")
+
+
+def may_start_frame(data: bytes) -> bool:
+    """Whether bytes begin as a frame does, or may once more of them are there."""
+    return starts_frame(data) or data == b"\xff"
 
 
 def _starts(run: str) -> bool:

@@ -38,6 +38,7 @@ class CapturedPacket(NamedTuple):
         generation: the protocol.
         packet: what it says.
         raw: its frame.
+        doubt: why damage may have made it of other bytes though it is valid, or empty.
     """
 
     time: int | None
@@ -48,3 +49,4 @@ class CapturedPacket(NamedTuple):
     generation: Generation
     packet: Packet
     raw: bytes
+    doubt: str = ""

@@ -1,6 +1,6 @@
 """A capture file in, the packets of the robots in it out, and what else was in it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from typing import Final
 
 from sphero_probe.captures.containers import Container, recognise
@@ -17,9 +17,10 @@ from sphero_probe.captures.events import (
     Piece,
     Serial,
 )
-from sphero_probe.captures.hci import HciReader
-from sphero_probe.captures.l2cap import Reassembler
+from sphero_probe.captures.hci import CUT_SHORT, HciReader
+from sphero_probe.captures.l2cap import ATT_CHANNEL, Reassembler
 from sphero_probe.captures.link_layer import ENCRYPTED, LinkLayerReader
+from sphero_probe.captures.numbering import Numbering
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.record import (
     HCI_H4,
@@ -36,7 +37,7 @@ from sphero_probe.captures.serial_lines import SerialReader
 from sphero_probe.captures.source import Source
 from sphero_probe.errors import BadInputFileError, CutCaptureError, UnreadableCaptureError
 
-_READERS: Final[dict[int, Callable[[Counts], LinkReader]]] = {
+READERS: Final[dict[int, Callable[[Counts], LinkReader]]] = {
     HCI_H4: HciReader,
     HCI_H4_DIRECTION: HciReader,
     LINUX_MONITOR: HciReader,
@@ -46,8 +47,8 @@ _READERS: Final[dict[int, Callable[[Counts], LinkReader]]] = {
     RTAC_SERIAL: SerialReader,
     USER_SERIAL: SerialReader,
 }
+"""Link type -> what reads its records."""
 CONVERT: Final = "convert it: tshark -r FILE -F pcapng -w FILE.pcapng"
-_MAX_CONNECTIONS: Final = 1 << 10
 _MAX_NAMES: Final = 1 << 12
 
 _Step = AttPacket | Opened | Closed | Named | Serial
@@ -69,15 +70,16 @@ class Capture:
     def __init__(self, container: Container, source: Source, name: str) -> None:
         """Read nothing yet; ``name`` is what the file is called in messages."""
         self.container = container.name
-        self.records = self.values = self.found = self.connections = 0
+        self.records = self.values = self.found = 0
         self.counts = Counts()
         self.cut: int | None = None
         self.why = ""
         self._source, self._records, self._name = source, container.records, name
         self._readers: dict[tuple[int, int], LinkReader] = {}
         self._unread: Counts = Counts()
-        self._whole = Reassembler(self.counts)
-        self._talks: dict[Line, Conversation] = {}
+        self._whole: Reassembler[None] = Reassembler(self.counts)
+        self._numbers = Numbering()
+        self._talks: dict[int, Conversation] = {}
         self._names: dict[str, str] = {}
         self._robots = Conversations()
 
@@ -103,7 +105,7 @@ class Capture:
     @property
     def said(self) -> str:
         """What was in the file, in a line."""
-        parts = [_many(self.records, "packet"), _many(self.connections, "connection")]
+        parts = [_many(self.records, "packet"), _many(self._numbers.count, "connection")]
         parts += [
             _many(self.values, "value"),
             _many(self.found, "Sphero packet") if self.found else "no Sphero",
@@ -111,6 +113,8 @@ class Capture:
         if not self.found and (near := self._robots.unanswered):
             parts.append(f"{_many(near, 'frame')} without an answer, too few to tell a robot")
         parts += [f"{what}: {count}" for what, count in self.counts.items() if count]
+        if self.counts[CUT_SHORT]:
+            parts.append("record whole packets, on Android with the HCI snoop log of the developer options")
         if self.counts[ENCRYPTED]:
             parts.append("record HCI on the host, or decrypt with the key in Wireshark and export that")
         if self.cut is not None:
@@ -137,8 +141,8 @@ class Capture:
                         if isinstance(event, Opened | Closed):
                             self._whole.close(*event.line)
                         yield event
-                    elif whole := self._whole.feed(event):
-                        yield AttPacket(event.time, event.line, *whole)
+                    elif (whole := self._whole.feed(event, None)) and whole.channel == ATT_CHANNEL:
+                        yield AttPacket(event.time, event.line, whole.sent, whole.data)
         except UnreadableCaptureError as error:
             self.cut, self.why = self._source.whole, str(error)
             if isinstance(error, CutCaptureError) and not self._source.whole:
@@ -148,7 +152,7 @@ class Capture:
         key = (record.link, record.interface)
         reader = self._readers.get(key)
         if reader is None:
-            kind = _READERS.get(record.link)
+            kind = READERS.get(record.link)
             if kind is None:
                 self._unread[f"packets of link type {record.link}"] += 1
                 return []
@@ -159,9 +163,7 @@ class Capture:
     def _take(self, step: _Step) -> Iterator[CapturedPacket]:
         match step:
             case AttPacket(time, line, sent, data):
-                if line not in self._talks and len(self._talks) >= _MAX_CONNECTIONS:
-                    yield from self._close(next(iter(self._talks)))
-                talk = self._talk(line)
+                talk = yield from self._talk(line)
                 for value in talk.attributes.feed(sent, data):
                     self.values += 1
                     yield from self._robots.feed(talk, time, value)
@@ -169,26 +171,28 @@ class Capture:
                 yield from self._robots.flush()
             case Serial(time, line, sent, data):
                 self.values += 1
-                yield from self._robots.bytes_heard(self._talk(line), time, (None, None, sent), data)
+                talk = yield from self._talk(line)
+                yield from self._robots.bytes_heard(talk, time, (None, None, sent), data)
             case Opened(line, peer):
-                yield from self._close(line)
-                self._talk(line, peer)
+                yield from self._close(self._numbers.end(line))
+                yield from self._talk(line, peer)
             case Closed(line):
-                yield from self._close(line)
+                yield from self._close(self._numbers.end(line))
             case Named(peer, name):
                 if len(self._names) < _MAX_NAMES:
                     self._names[peer] = name
 
-    def _talk(self, line: Line, peer: str | None = None) -> Conversation:
-        talk = self._talks.get(line)
+    def _talk(self, line: Line, peer: str | None = None) -> Generator[CapturedPacket, None, Conversation]:
+        number, forgotten = self._numbers.of(line)
+        yield from self._close(forgotten)
+        talk = self._talks.get(number)
         if talk is None:
-            self.connections += 1
-            talk = Conversation(self.connections, peer, self._names.get(peer) if peer else None)
-            self._talks[line] = talk
+            talk = Conversation(number, peer, self._names.get(peer) if peer else None)
+            self._talks[number] = talk
         return talk
 
-    def _close(self, line: Line) -> Iterator[CapturedPacket]:
-        if talk := self._talks.pop(line, None):
+    def _close(self, number: int | None) -> Iterator[CapturedPacket]:
+        if number is not None and (talk := self._talks.pop(number, None)):
             yield from self._robots.end(talk)
 
 

@@ -1,11 +1,12 @@
 """Text that holds packets: dumps, pasted bytes and logs, recognised line by line."""
 
+import re
 from codecs import getincrementaldecoder
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from sphero_probe.captures.dumps import dumped_bytes
-from sphero_probe.captures.logs import LogReader, Said, starts_frame
+from sphero_probe.captures.logs import LogReader, Said, may_start_frame, starts_frame
 from sphero_probe.captures.pasted import pasted_bytes
 from sphero_probe.errors import UsageError
 from sphero_probe.protocol import CODECS
@@ -13,6 +14,8 @@ from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
 
 _MAX_HELD: Final = 4096
 _ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.OBSERVER}
+_SEVERAL: Final = re.compile(r"[\s,\[]")
+"""What tells several bytes from a word or a number that only looks like one."""
 _CONTROL: Final = frozenset(range(0x20)) - frozenset(b"\t\n\r\x1b\x01\x02\x0c")
 
 
@@ -41,33 +44,64 @@ def is_text(first: bytes) -> bool:
     return bool(first) and _CONTROL.isdisjoint(first)
 
 
-def said_in(lines: Iterable[str]) -> Iterator[Said]:
+class Unclear:
+    """Lines that may stand for different bytes, and are therefore not read.
+
+    Attributes:
+        count: how many.
+        line: the number of the first, from 1.
+        error: what is unclear in it, None where there is none.
+    """
+
+    def __init__(self) -> None:
+        """Know of none yet."""
+        self.count = self.line = 0
+        self.error: UsageError | None = None
+
+    def add(self, line: int, error: UsageError) -> None:
+        """Count one."""
+        self.count += 1
+        if self.error is None:
+            self.line, self.error = line, error
+
+
+def said_in(lines: Iterable[str], unclear: Unclear) -> Iterator[Said]:
     """Yield what the lines of a text say; a line of nothing that is known says nothing."""
     reader = LogReader()
-    for line in lines:
+    for number, line in enumerate(lines, 1):
+        problem: UsageError | None = None
         if (data := dumped_bytes(line)) is None:
             try:
                 data = pasted_bytes(line)
-            except UsageError:
-                data = None
+            except UsageError as error:
+                problem = error if _SEVERAL.search(line.strip()) else None
         if data is None:
-            if said := reader.feed(line):
+            try:
+                said = reader.feed(line)
+            except UsageError as error:
+                said, problem = None, error
+            if said:
                 yield said
+            elif problem:
+                unclear.add(number, problem)
         elif data:
             yield Said(None, None, data, bare=True)
 
 
-def logged_packets(lines: Iterable[str], fixed: Generation | None = None) -> Iterator[Logged]:
+def logged_packets(
+    lines: Iterable[str], fixed: Generation | None = None, unclear: Unclear | None = None
+) -> Iterator[Logged]:
     """Yield the packets of a text, in the order of its lines; a frame may go over several of one direction.
 
     Args:
         lines: the text.
         fixed: the protocol, None to tell them apart.
+        unclear: gets the lines that may stand for different bytes.
     """
     held: dict[bool | None, bytes] = {}
     spoken = (fixed,) if fixed else (Generation.V2, Generation.V1)
     last: dict[bool | None, str | None] = {}
-    for said in said_in(lines):
+    for said in said_in(lines, unclear or Unclear()):
         before = held.pop(said.to_robot, b"")
         if not (before or said.bare or starts_frame(said.data)):
             continue
@@ -85,8 +119,7 @@ def logged_packets(lines: Iterable[str], fixed: Generation | None = None) -> Ite
 
 
 def _may_go_on(raw: bytes) -> bool:
-    begins = starts_frame(raw) or raw == b"\xff"
-    return begins and len(raw) <= _MAX_HELD and not (raw[:1] == b"\x8d" and raw[-1:] == b"\xd8")
+    return may_start_frame(raw) and len(raw) <= _MAX_HELD and not (raw[:1] == b"\x8d" and raw[-1:] == b"\xd8")
 
 
 def _best(

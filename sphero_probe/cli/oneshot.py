@@ -11,6 +11,7 @@ from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
+from sphero_probe.cli.remarks import RemarkingRecorder
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import (
@@ -101,13 +102,14 @@ async def _ask_each(
     commands = make(connection.robot, connection.port)
     plan = _plan(name, commands)
     journal.begin(connection, plan, link.policy.consent, None)
-    journal.record(heading_of(plan, link, connection.name, connection.line))
+    recorder = RemarkingRecorder(journal, link.events)
+    recorder.record(heading_of(plan, link, connection.name, connection.line))
     began, frames = monotonic(), link.frames_sent
     try:
         for number, command in enumerate(commands, 1):
-            finding = await send_once(link, command, number, journal.intend)
+            finding = await send_once(link, command, number, recorder.intend)
             found.append(finding)
-            journal.record(finding)
+            recorder.record(finding)
             await check(finding, session)
     except (RefusedByPolicyError, CommandFailedError, NoAnswerError) as error:
         failed = error
@@ -115,12 +117,12 @@ async def _ask_each(
         with suppress(LinkLostError):
             await stop_motors(link, commands[0].target)
     for note in tolerance_notes(session.link.tolerated):
-        journal.record(note)
+        recorder.record(note)
         say(f"note: {note.text}")
     counts = dict(Counter(finding.outcome for finding in found))
     complete = len(found) == len(commands)
     sent = sum(finding.attempts > 0 for finding in found)
     seconds, frames = monotonic() - began, link.frames_sent - frames
-    journal.record(Summary(counts, seconds, sent, frames, complete))
+    recorder.record(Summary(counts, seconds, sent, frames, complete))
     if failed:
         raise failed

@@ -11,6 +11,7 @@ from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.overview import overview
+from sphero_probe.cli.remarks import RemarkingRecorder
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.errors import IncompleteError, LinkLostError
@@ -126,7 +127,7 @@ def start_run(
     address = node(target, connection.robot, connection.port)
     return Engine(
         *(plan, session.link, connection.name, address, stop),
-        recorder=journal or NullRecorder(),
+        recorder=RemarkingRecorder(journal or NullRecorder(), session.link.events),
         earlier=journal.earlier if journal else PreviousResults(),
         reconnect=session.reconnect,
         line=connection.line,

@@ -65,8 +65,34 @@ class UnsolicitedReceived(NamedTuple):
     unsolicited: Unsolicited
 
 
-LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived
-_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived)
+class Remark(NamedTuple):
+    """What a layer above says of a probe.
+
+    Attributes:
+        number: of the probe.
+        text: one line.
+        is_verdict: what came of it, once that is known; else it is about the frame that is sent next.
+    """
+
+    number: int
+    text: str
+    is_verdict: bool
+
+
+class Remarked(NamedTuple):
+    """A layer above said something of a frame; the link itself emits none.
+
+    Attributes:
+        time: seconds on the clock of the event loop.
+        remark: what it says.
+    """
+
+    time: float
+    remark: Remark
+
+
+LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived | Remarked
+_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived, Remarked)
 _Event = TypeVar("_Event", bound=LinkEvent)
 
 

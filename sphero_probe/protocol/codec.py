@@ -53,6 +53,14 @@ class Codec(Protocol):
         ...
 
     @property
+    def unchecked_flags(self) -> int | None:
+        """The usual flags of a command where no checksum covers them and no frame has an end mark.
+
+        There, damage can make a valid frame of bytes that were none. None in a generation that checks all.
+        """
+        ...
+
+    @property
     def max_payload(self) -> int:
         """The longest payload in bytes that ``encode_*`` accepts."""
         ...

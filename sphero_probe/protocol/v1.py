@@ -76,6 +76,7 @@ class V1Codec:
     sequence_numbers = range(256)
     answers_name_commands = False  # a response repeats only SEQ
     has_addresses = False
+    unchecked_flags = SOP2_COMMAND | SOP2_ANSWER | SOP2_ACTIVITY  # the checksum does not cover SOP2
     max_payload = MAX_PAYLOAD
 
     def encode_command(

@@ -68,6 +68,7 @@ class V2Codec:
     sequence_numbers = range(255)  # notifications use 0xFF
     answers_name_commands = True
     has_addresses = True
+    unchecked_flags = None
     max_payload = MAX_PAYLOAD
 
     def encode_command(

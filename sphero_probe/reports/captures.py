@@ -25,6 +25,7 @@ def captured_row(
 
     ``time`` is an RFC 3339 text with microseconds, ``direction`` is ``to robot`` or ``from robot``,
     ``connection`` its number and the robot's name, if known. What the capture does not tell is null.
+    ``doubt``, where there is some, is why damage may have made the packet.
 
     Args:
         captured: the packet.
@@ -40,7 +41,8 @@ def captured_row(
             "time": time_text(captured.time),
             "direction": _DIRECTIONS.get(captured.to_robot) if captured.to_robot is not None else None,
             "connection": captured.connection.label,
-        },
+        }
+        | ({"doubt": captured.doubt} if captured.doubt else {}),
     )
 
 
@@ -145,7 +147,7 @@ CAPTURED: Final = PACKETS._replace(
         Column("", "Robot", lambda data: shown(data.get("connection")), Place.TABLE),
         Column("", "Way", lambda data: shown(data.get("direction")).partition(" ")[0], Place.TABLE),
         *PACKETS.columns,
-        *(_column(key, Place.RECORD) for key in _WHERE),
+        *(_column(key, Place.RECORD) for key in ("doubt", *_WHERE)),
     )
 )
 """Packets of captures: their columns, and behind them time, direction and connection."""

@@ -132,7 +132,8 @@ def packet(data: Data) -> str:
     """Return a packet in words: its code and content, or what is wrong with it and its bytes."""
     if data.get("kind") == "malformed":
         return f"{shown(data.get('reason'))}: {spaced_hex(data.get('raw'))}"
-    return remarked(answer(data), data.get("note"))
+    doubt = data.get("doubt")
+    return remarked(remarked(answer(data), data.get("note")), f"doubtful: {doubt}" if doubt else None)
 
 
 def note(data: Data) -> str:

@@ -145,6 +145,28 @@ def test_damage_is_shown_once_with_its_reason() -> None:
 
 
 @pytest.mark.parametrize("kind", CAPTURES)
+def test_nothing_in_a_sound_capture_is_doubtful(kind: str) -> None:
+    assert not any(packet.doubt for packet in packets(CAPTURES[kind]()))
+
+
+def doubts(*values: bytes) -> list[tuple[str, str]]:
+    """Frame and doubt of each packet that a V1 robot gets in these writes."""
+    talk = [*cached_v1(), *(write(0x0E, value) for value in values)]
+    read = packets(writers.btsnoop(writers.hci(woven(talk))))
+    return [(packet.raw.hex(), packet.doubt) for packet in read[len(V1_FRAMES) :]]
+
+
+def test_a_v1_frame_that_damage_may_have_made_is_marked() -> None:
+    ping, quiet = bytes.fromhex("ffff00012201db"), bytes.fromhex("fffe00012301da")
+    first, again = doubts(quiet, ping, quiet)[::2]
+    assert first == (quiet.hex(), "flags that no checksum covers, for the first time on this connection")
+    assert again == (quiet.hex(), "")
+    assert doubts(b"\x01\x02" + ping) == [("0102", ""), (ping.hex(), "next to damaged bytes")]
+    assert doubts(ping + b"\x01\x02", ping)[0] == (ping.hex(), "next to damaged bytes")
+    assert doubts(ping + ping[:1], ping[1:]) == [(ping.hex(), ""), (ping.hex(), "")]
+
+
+@pytest.mark.parametrize("kind", CAPTURES)
 def test_a_cut_file_gives_all_whole_records(kind: str) -> None:
     file = CAPTURES[kind]()
     everything = frames(file)

@@ -16,8 +16,9 @@ import pytest
 from sphero_probe.captures.dissector import dissector, quoted
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.pairing import Pairing
-from sphero_probe.captures.pcapng_out import head, packet
+from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
+from sphero_probe.captures.record import USER_SERIAL, Record
 from sphero_probe.captures.source import Source
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
 from sphero_probe.catalogue import DEVICE_NAMES, all_rows, rows_of
@@ -149,7 +150,8 @@ def written(script: Script, frames: list[Frame], *, interfaces: tuple[int, ...])
     records = list(script.opening(START))
     for number, (to_robot, raw) in enumerate(frames, 1):
         records += (script.sent if to_robot else script.received)(START + number * STEP, raw)
-    return head("test", *interfaces) + b"".join(map(packet, records))
+    writer = PcapngWriter("test")
+    return writer.start() + b"".join(map(writer.packet, records))
 
 
 def by_us(file: bytes) -> list[Seen]:
@@ -218,16 +220,26 @@ def ours(captured: CapturedPacket, pairing: Pairing) -> Seen:
             )
 
 
-def by_tshark(file: bytes, folder: Path) -> list[Seen]:
-    return [theirs(shown) for shown in shown_by_tshark(file, folder)]
+def by_tshark(file: bytes, folder: Path, *, passes: int = 2) -> list[Seen]:
+    return [theirs(shown) for shown in shown_by_tshark(file, folder, passes=passes)]
 
 
-def shown_by_tshark(file: bytes, folder: Path) -> list[ET.Element]:
+def shown_by_tshark(file: bytes, folder: Path, *, passes: int = 2) -> list[ET.Element]:
     """Return the packets that Wireshark's engine shows with our script."""
     script, capture = folder / "sphero.lua", folder / "capture.pcapng"
     script.write_text(dissector("1.0"), encoding="utf-8")
     capture.write_bytes(file)
-    command = (TSHARK or "", "-n", "-2", "-X", f"lua_script:{script}", "-r", str(capture), "-T", "pdml")
+    command = (
+        TSHARK or "",
+        "-n",
+        *(["-2"] if passes == 2 else []),
+        "-X",
+        f"lua_script:{script}",
+        "-r",
+        str(capture),
+        "-T",
+        "pdml",
+    )
     ran = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "Lua" not in ran.stderr
     tree = ET.fromstring(ran.stdout)
@@ -426,7 +438,8 @@ def test_robots_stay_apart_and_other_devices_show_nothing(tmp_path: Path) -> Non
         records += (scripts[number].sent if captured.to_robot else scripts[number].received)(
             time, captured.raw
         )
-    alone = head("test", BleScript.link) + b"".join(map(packet, records))
+    writer = PcapngWriter("test")
+    alone = writer.start() + b"".join(map(writer.packet, records))
     pairings = {number: Pairing() for number in scripts}
     again = open_capture(Source(io.BytesIO(alone)), "a file")
     assert again
@@ -442,3 +455,26 @@ def test_another_serial_line_shows_nothing(tmp_path: Path) -> None:
     frames = [(number % 2 == 0, bytes((0xFF, 0xFF, number, 0x8D, number))) for number in range(30)]
     script = SerialScript()
     assert by_tshark(written(script, frames, interfaces=(script.link,)), tmp_path) == []
+
+
+@with_tshark
+@pytest.mark.slow
+@pytest.mark.parametrize("bare", [False, True], ids=["250", "147"])
+def test_serial_lines_of_one_file_stay_apart(tmp_path: Path, *, bare: bool) -> None:
+    writer = PcapngWriter("test")
+    records: list[Record] = []
+    for line, generation in enumerate(Generation):
+        script = SerialScript(line)
+        for number, (to_robot, raw) in enumerate(made_up(generation, 40, line)):
+            cut = 5 if number > 3 else len(raw)  # the first frames are whole, and tell the protocol
+            for at, piece in enumerate((raw[:cut], raw[cut:])):
+                when = START + (2 * number + at) * STEP
+                records += (script.sent if to_robot else script.received)(when, piece)
+    if bare:
+        records = [record._replace(link=USER_SERIAL, data=record.data[12:]) for record in records]
+    records.sort(key=lambda record: record.time or 0)
+    whole = [record for record in records if record.data]
+    file = writer.start() + b"".join(map(writer.packet, whole))
+    wanted, found = apart(by_us(file))[0], apart(by_tshark(file, tmp_path, passes=1))[0]
+    assert {seen.generation for seen in wanted} == {1, 2}
+    assert sorted(found, key=repr) == sorted(wanted, key=repr)

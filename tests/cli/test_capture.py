@@ -13,6 +13,7 @@ from tests.support import capture_writers as writers
 from tests.support.capture_conversation import (
     V1_FRAMES,
     V2_FRAMES,
+    cached_v1,
     foreign,
     found_v2,
     notify,
@@ -244,7 +245,7 @@ def test_a_zip_without_a_log_and_a_damaged_one_are_said(cli: Cli, tmp_path: Path
     other = zipped(tmp_path / "other.zip", {"text": b"x"})
     ran = cli("decode", other)
     assert ran.code == 8
-    assert "a zip without a btsnoop log" in ran.err
+    assert "a zip without a Bluetooth log" in ran.err
     whole = zipped(tmp_path / "report.zip", {"btsnoop_hci.log": Path(recorded).read_bytes()})
     data = bytearray(Path(whole).read_bytes())
     data[200:230] = bytes(30)
@@ -255,3 +256,13 @@ def test_a_zip_without_a_log_and_a_damaged_one_are_said(cli: Cli, tmp_path: Path
     assert "zip" in ran.err
     Path(whole).write_bytes(data[:100])
     assert cli("decode", whole).code == 8
+
+
+def test_a_doubtful_frame_says_so(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "doubtful"
+    talk = [*cached_v1(), write(0x0E, b"\x01" + V1_FRAMES[0])]
+    path.write_bytes(writers.btsnoop(writers.hci(woven(talk))))
+    rows = objects(cli("decode", str(path), "--format", "jsonl").out)
+    assert [row["raw"] for row in rows if row.get("doubt") == "next to damaged bytes"] == [V1_FRAMES[0].hex()]
+    assert "(doubtful: next" in cli("decode", str(path), "--format", "table").out
+    assert "doubt" in cli("decode", str(path), "--format", "csv").out.splitlines()[0].split(",")

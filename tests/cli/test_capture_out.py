@@ -2,13 +2,14 @@
 
 import io
 import shutil
+import struct
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from sphero_probe.captures.packet import CapturedPacket
-from sphero_probe.captures.pcapng_out import head, packet
+from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
 from sphero_probe.captures.source import Source
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
@@ -53,10 +54,11 @@ SCRIPTS: dict[str, tuple[Script, list[bytes]]] = {
 
 
 def written(script: Script, frames: list[bytes]) -> list[bytes]:
-    blocks = [head("a test", script.link), *map(packet, script.opening(START * 1000))]
+    writer = PcapngWriter("a test")
+    blocks = [writer.start(), *map(writer.packet, script.opening(START * 1000))]
     for number, frame in enumerate(frames):
         say = script.received if number else script.sent
-        blocks += [packet(record) for record in say(START * 1000 + number, frame)]
+        blocks += [writer.packet(record) for record in say(START * 1000 + number, frame)]
     return blocks
 
 
@@ -98,6 +100,102 @@ def test_tshark_shows_the_values_and_their_characteristics(kind: str, tmp_path: 
     assert {"0x02", "0x10", "0x08"} <= {row[0] for row in rows}
 
 
+def comments(file: bytes) -> list[list[str]]:
+    """The comments of each packet block and the text of each journal entry, read by the specification."""
+    found: list[list[str]] = []
+    at = 0
+    while at < len(file):
+        kind, size = struct.unpack_from("<II", file, at)
+        if kind == 9:
+            found.append([file[at + 8 : at + size - 4].decode().split("MESSAGE=")[1].split("\n")[0]])
+        if kind == 6:
+            (length,) = struct.unpack_from("<I", file, at + 20)
+            option, said = at + 28 + length + -length % 4, []
+            while option < at + size - 4:
+                code, count = struct.unpack_from("<HH", file, option)
+                said += [file[option + 4 : option + 4 + count].decode()] if code == 1 else []
+                option += 4 + count + -count % 4
+            found.append(said)
+        at += size
+    return found
+
+
+def by_probe(file: bytes) -> dict[int, list[str]]:
+    """Number of a probe -> what the comments say of it, in order."""
+    said: dict[int, list[str]] = {}
+    for text in (text for texts in comments(file) for text in texts):
+        probe, _, rest = text.partition(": ")
+        said.setdefault(int(probe.removeprefix("probe ")), []).append(rest)
+    return said
+
+
+ASKED = ("sweep", "--did", "0x13", "--cid", "0x03-0x12", "--format", "jsonl", "--device")
+
+
+def test_comments_tell_number_and_verdict_of_each_probe(cli: Cli, tmp_path: Path) -> None:
+    live, later = tmp_path / "live.pcapng", tmp_path / "later.pcapng"
+    ran = cli(*ASKED, "fake:bolt-plus?silent=0x13:0x07", "--allow", "persist", "--capture", str(live))
+    assert ran.code == 0, ran.err
+    findings = [row for row in objects(ran.out) if row["type"] == "finding" and row["attempts"]]
+    outcomes = {row["number"]: row["outcome"] for row in findings}
+    assert {"exists", "absent", "silent"} <= set(outcomes.values())
+    assert cli("capture", "convert", "last", "--to", "pcapng", "-o", str(later)).code == 0
+    for path in (live, later):
+        said = by_probe(path.read_bytes())
+        assert set(said) == set(outcomes)
+        for number, outcome in outcomes.items():
+            assert said[number][0].startswith("0x13:0x")
+            assert said[number][-1].startswith(outcome)
+    answers = [at.raw.hex() for at in packets(later.read_bytes()) if at.to_robot is False]
+    assert [row["received"] for row in findings if row["received"]] == answers
+
+
+def test_the_comment_of_an_answer_is_on_the_answer(cli: Cli, tmp_path: Path) -> None:
+    live = tmp_path / "live.pcapng"
+    assert cli(*ASKED, "fake:bolt-plus", "--capture", str(live)).code == 0
+    file = live.read_bytes()
+    capture = open_capture(Source(io.BytesIO(file)), "a file")
+    assert capture
+    att = list(capture.att_packets())
+    said = comments(file)[-len(att) :]
+    verdicts = [
+        packet.data[0] for packet, texts in zip(att, said, strict=True) if "exists" in " ".join(texts)
+    ]
+    assert len(verdicts) >= 3
+    assert set(verdicts) == {0x1B}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
+def test_tshark_shows_the_comments(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "live.pcapng"
+    asked = (*ASKED, "fake:bolt-plus?silent=0x13:0x07", "--allow", "persist", "--capture", str(path))
+    assert cli(*asked).code == 0
+    shown = ("-T", "fields", "-e", "frame.comment", "-e", "systemd_journal.message")
+    command = (TSHARK or "", "-n", "-r", str(path), *shown)
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    expected = [text for texts in comments(path.read_bytes()) if texts for text in [",".join(texts)]]
+    assert [line.strip() for line in ran.stdout.splitlines() if line.strip()] == expected
+    assert any("silent" in text for text in expected)
+
+
+def test_a_run_that_sent_nothing_leaves_a_file_without_packets_and_says_so(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "none.pcapng"
+    ran = cli("send", "power.sleep", "--device", "fake:bolt-plus", "--capture", str(path))
+    assert f"{path} has no packets" in ran.err
+    assert packets(path.read_bytes()) == []
+
+
+def test_a_run_on_a_serial_line_is_converted_to_one(cli: Cli, tmp_path: Path) -> None:
+    journal, made = tmp_path / "run.jsonl", tmp_path / "made.pcapng"
+    assert cli(*ASKED, "fake:rvr", "--journal", str(journal)).code == 0
+    journal.write_text(journal.read_text().replace('"address":"fake:rvr"', '"address":"serial:/dev/ttyS0"'))
+    assert cli("capture", "convert", str(journal), "-o", str(made)).code == 0
+    read = packets(made.read_bytes())
+    assert read
+    assert all(at.handle is None for at in read)
+
+
 def test_a_file_that_cannot_be_written_is_an_error(cli: Cli, tmp_path: Path) -> None:
     ran = cli("info", "--device", "fake:bolt-plus", "--capture", str(tmp_path / "none" / "out.pcapng"))
     assert ran.code == 10
@@ -131,9 +229,30 @@ def test_convert_of_a_serial_line(cli: Cli, tmp_path: Path) -> None:
     assert [packet.raw for packet in packets(made.read_bytes())] == V2_FRAMES[:2]
 
 
+def test_serial_lines_stay_apart(cli: Cli, tmp_path: Path) -> None:
+    source, made = tmp_path / "source", tmp_path / "made.pcapng"
+    writer = PcapngWriter("a test")
+    blocks = [writer.start()]
+    for at in range(12):
+        for line, frames in enumerate((V2_FRAMES[:2], V1_FRAMES[:2])):
+            way = SerialScript(line).received if at else SerialScript(line).sent
+            piece = frames[1][2 * at - 2 : 2 * at] if at else frames[0]
+            blocks += [writer.packet(record) for record in way(START, piece)]
+    source.write_bytes(b"".join(blocks))
+    assert cli("capture", "convert", str(source), "-o", str(made)).code == 0
+    before, after = packets(source.read_bytes()), packets(made.read_bytes())
+    assert [(at.connection.number, at.raw) for at in before] == [
+        (at.connection.number, at.raw) for at in after
+    ]
+    assert {at.connection.number for at in after} == {1, 2}
+
+
 def test_convert_says_what_it_cannot_do(cli: Cli, tmp_path: Path) -> None:
     source = tmp_path / "source"
     source.write_bytes(CAPTURES["pcap 201"]())
     assert cli("capture", "convert", str(source), "-o", str(tmp_path / "none" / "made")).code == 10
     assert cli("capture", "convert", str(source), "-o", str(source)).code == 2
     assert cli("capture", "convert", str(source)).code == 2
+    none = cli("capture", "convert", str(tmp_path / "none"), "-o", str(tmp_path / "made"))
+    assert none.code == 8
+    assert "no such file or run" in none.err

@@ -52,6 +52,8 @@ def show_capture(output: Output, path: str, wanted: Wanted, *, summary: bool) ->
                     if _is_wanted(captured, packet, wanted, chosen):
                         rows.add(row)
         say(f"{path}: {capture.said}")
+        if capture.found:
+            say("To share it without names and addresses: sphero-probe capture redact FILE -o shared.pcapng")
 
 
 def _summary(output: Output, capture: Capture, wanted: Wanted, chosen: frozenset[int] | None) -> None:

@@ -11,7 +11,7 @@ from sphero_probe.captures.dumps import begins_as_dump
 from sphero_probe.captures.pasted import pasted_bytes
 from sphero_probe.captures.reader import Capture, open_capture
 from sphero_probe.captures.source import Reads, Source
-from sphero_probe.captures.text import is_text, logged_packets
+from sphero_probe.captures.text import Unclear, is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.dissection import dissect
@@ -22,7 +22,7 @@ from sphero_probe.cli import hex_stream
 from sphero_probe.cli.bug_report import recording
 from sphero_probe.cli.captured import captured_rows
 from sphero_probe.cli.hex_stream import is_hex_text, read_packets
-from sphero_probe.cli.messages import say
+from sphero_probe.cli.messages import say, warn
 from sphero_probe.cli.output import report
 from sphero_probe.cli.parse import hex_bytes, is_hex
 from sphero_probe.cli.values import Output
@@ -71,6 +71,7 @@ def decode(
     first = next(streams)
     shown = _Shown(output.format, robot, explain)
     captures: list[str] = []
+    unclear: list[_Text] = []
     view = BYTES if explain else CAPTURED if isinstance(first, _Recording | _Text) else PACKETS
     with report(output, view) as rows:
         for stream in chain((first,), streams):
@@ -80,12 +81,15 @@ def decode(
                 captures.append(f"{stream.name}: {stream.capture.said}")
             elif isinstance(stream, _Text):
                 shown.all(rows, _text_rows(stream, fixed, robot, shown))
+                unclear += [stream] if stream.unclear.count else []
             else:
                 shown.all(rows, _rows(stream, fixed, robot, shown))
     for said in captures:
         say(said)
     if shown.left_out:
         say(f"Not shown: {shown.left_out} more packets; --format plain or jsonl shows all.")
+    for text in unclear:
+        _say_unclear(text, fatal=not shown.good and not captures)
     if not shown.good and not captures:
         raise BadInputFileError(
             f"no packet in {shown.total} bytes ({shown.bad} malformed)",
@@ -103,7 +107,9 @@ class _Recording(NamedTuple):
 class _Text(NamedTuple):
     """A text among the inputs that is more than hex tokens: a dump, a log, pasted bytes."""
 
+    name: str
     lines: Iterator[str]
+    unclear: Unclear
 
 
 class _Found(NamedTuple):
@@ -153,6 +159,22 @@ class _Shown:
                 rows.add(found.row)
 
 
+def _say_unclear(text: _Text, *, fatal: bool) -> None:
+    """Say which lines were not read, because they may stand for different bytes.
+
+    Raises:
+        BadInputFileError: there is nothing else in all inputs.
+    """
+    count, line, error = text.unclear.count, text.unclear.line, text.unclear.error
+    if error is None:
+        return
+    more = "" if count == 1 else f" (and {count - 1} more line{'s' if count > 2 else ''})"
+    said = f"{text.name}, line {line}{more}: {error}"
+    if fatal:
+        raise BadInputFileError(said, error.hint)
+    warn(f"not read: {said}; {error.hint}")
+
+
 def _rows(
     stream: Iterable[bytes], fixed: Generation | None, robot: Robot | None, shown: _Shown
 ) -> Iterator[_Found]:
@@ -172,7 +194,7 @@ def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown
     """Yield the packets of a text."""
     context = CaptureContext(robot)
     sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
-    for time, to_robot, spoken, heard in logged_packets(text.lines, fixed):
+    for time, to_robot, spoken, heard in logged_packets(text.lines, fixed, text.unclear):
         packet = context.complete(spoken, heard)
         raw = CODECS[spoken].frame_of(packet)
         shown.total += len(raw)
@@ -244,7 +266,7 @@ def _read(file: Reads, name: str) -> Iterable[bytes] | _Recording | _Text:
     if capture:
         return _Recording(name, capture)
     if begins_as_dump(first) or (is_text(first) and not is_hex_text(first)):
-        return _Text(_lines(source))
+        return _Text(name, _lines(source), Unclear())
     return read_packets(source, name)
 
 

@@ -39,19 +39,43 @@ def show(
 
 
 @command.command("convert", cls=StrictCommand)
+@click.argument("source", metavar="FILE|RUN", shell_complete=offer("files"))
+@click.option("-o", "--output", "target", metavar="FILE", required=True, help="The file to write.")
+@click.option("--to", "form", type=click.Choice(["pcapng"]), default="pcapng", help="The format to write.")
+def convert(source: str, target: str, form: str) -> None:
+    """Write the packets of the robots in a capture or of a recorded run to a pcapng file.
+
+    Traffic of other devices is left out. Times and frames are those of the capture. The advertisement, the
+    connection and the discovery around them are made up, so that Wireshark shows the characteristics.
+    A run is a journal, its name, or "last". Comments on its packets say which probe they belong to, and what
+    came of it.
+
+    Example: sphero-probe capture convert last -o run.pcapng
+    """
+    from sphero_probe.cli.actions.capture_convert import convert as convert_to_pcapng
+
+    del form
+    convert_to_pcapng(source, target)
+
+
+@command.command("redact", cls=StrictCommand)
 @click.argument("file", metavar="FILE", shell_complete=offer("files"))
 @click.option("-o", "--output", "target", metavar="FILE", required=True, help="The pcapng file to write.")
-def convert(file: str, target: str) -> None:
-    """Write the packets of the robots in a capture to a pcapng file, and nothing of other devices.
+@click.option(
+    "--seed", type=int, metavar="N", help="Choose the pseudonyms; without it they differ each time."
+)
+def redact(file: str, target: str, seed: int | None) -> None:
+    """Write a capture to a pcapng file without what identifies people and devices, to share it.
 
-    Times and frames are those of the capture. The advertisement, the connection and the discovery around them
-    are made up, so that Wireshark shows each robot's characteristics.
+    Bluetooth addresses, names and other values that identify a robot or its owner are replaced, in HCI and
+    radio packets and in the robots' payloads; equal values stay equal. Keys are blanked. Traffic of other
+    devices and comments are left out. Times stay, and so do the payloads of unknown commands.
 
-    Example: sphero-probe capture convert btsnoop_hci.log -o robots.pcapng
+    Example: sphero-probe capture redact btsnoop_hci.log -o shared.pcapng
     """
-    from sphero_probe.cli.actions.capture_convert import convert_capture
+    from sphero_probe.cli.actions.capture_redact import redact_capture
 
-    convert_capture(file, target)
+    redact_capture(file, target, seed)
 
 
 @command.command("dissector", cls=StrictCommand)
