@@ -38,7 +38,7 @@ class Row(NamedTuple):
 
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
-            ``command``, ``difference``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``,
+            ``command``, ``difference``, ``library``, ``led``, ``planned``, ``plan``, ``code``, ``fact``, ``check``,
             ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
         data: the values, in the order in which they are written.
         shared: the part of ``data`` that is the same object for many rows, so that a format writes it once;
@@ -198,7 +198,7 @@ def difference_row(difference: "Difference") -> Row:
     data: dict[str, object] = {"known_by": known_by, "generation": generation.value}
     data |= {"did": None if did == NO_DEVICE else did, "cid": cid, "kind": kind.value}
     return Row(
-        "difference", data | {"name": name or None, "their_name": their_name or None, "robots": list(robots)}
+        "library", data | {"name": name or None, "their_name": their_name or None, "robots": list(robots)}
     )
 
 

@@ -253,7 +253,7 @@ COMMAND: Final = View(
 """One catalogue entry in full."""
 
 DIFFERENCES: Final = View(
-    "difference",
+    "library",
     (
         both("known_by", "Known by", whole=True),
         *record_only("generation"),

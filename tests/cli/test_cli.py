@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -39,6 +40,11 @@ def test_each_robot_can_be_swept_in_each_format(cli: Cli, model: str, form: str)
     elif form == "plain":
         assert len(ran.out.splitlines()) == 32
         assert all("\t0x13\t" in line for line in ran.out.splitlines())
+    elif form == "junit":
+        assert sum("0x13:" in str(case.get("name")) for case in ET.fromstring(ran.out).iter("testcase")) == 32
+    elif form == "html":
+        assert "0x13:0x0d" in ran.out or ROBOTS[model].generation is Generation.V1
+        assert f"<title>Commands of {ROBOTS[model].name}" in ran.out
     else:
         assert "0x13:0x0d" in ran.out or ROBOTS[model].generation is Generation.V1
         assert "Not shown: " in ran.out

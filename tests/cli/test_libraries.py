@@ -31,7 +31,7 @@ def test_a_checked_out_tree_is_compared(cli: Cli, tmp_path: Path) -> None:
     )
     rows = objects(cli("catalog", "--compare", str(tmp_path), "--format", "jsonl").out)
     assert rows[0] == {
-        "type": "difference",
+        "type": "library",
         "schema_version": rows[0]["schema_version"],
         "known_by": tmp_path.name,
         "generation": "v2",

@@ -154,14 +154,14 @@ def device_map(
     title = text(device_title(did, robot))
     columns = "".join(f'<th scope="col">{low:x}</th>' for low in range(_SIDE))
     rows = []
-    for high in range(0, IDS, _SIDE):
+    for row, high in enumerate(range(0, IDS, _SIDE)):
         cells = []
         for cid in range(high, high + _SIDE):
             start, shown = _CELLS[node.cells[did][cid]]
             anchor = anchors.get((node.target, did, cid))
             link = f'<a href="#{anchor}">{shown}</a>' if anchor else shown
             cells.append(f"{start}{link}</td>")
-        rows.append(f'<tr><th scope="row">{high >> 4:x}</th>{"".join(cells)}</tr>\n')
+        rows.append(f'<tr><th scope="row">{row:x}</th>{"".join(cells)}</tr>\n')
     return (
         f'<article id="d-{node_key(node.target)}-{did:02x}"><h4>{title}</h4><table class="map">'
         f"<caption>{text(in_words(node.counts(did)))}</caption>"
