@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 _LEAST_LOST: Final = 2
 """Losses that may be chance: fewer prove nothing."""
-_CONTRAST: Final = 3
+_CONTRAST: Final = 2
 """How many times as large the share of lost commands is where a queue overflows."""
 _TRUST: Final = 256
 """Answers after which one more command in flight is tried again: the queue may have been full by chance."""

@@ -59,7 +59,7 @@ class Window:
 
     def ready_at(self, queued: QueuedCommand) -> float:
         """Return when its node is ready for a command that has a place."""
-        return -inf if queued.alone else self.pace(queued.command.target).ready_at - TICK
+        return -inf if queued.alone or self._fixed else self.pace(queued.command.target).ready_at - TICK
 
     def take(self, queued: QueuedCommand) -> None:
         """Give a command its place."""

@@ -32,7 +32,9 @@ class Calibrator:
         filled: number -> probes that ``find_wanted`` filled in.
     """
 
-    def __init__(self, prober: Prober, executions: Executions, health: HealthCheck, *, verify: bool) -> None:
+    def __init__(
+        self, prober: Prober, executions: Executions, health: HealthCheck | None = None, *, verify: bool
+    ) -> None:
         self.filled: dict[int, FilledProbe] = {}
         self._prober = prober
         self._executions = executions
@@ -85,7 +87,11 @@ class Calibrator:
             LinkLostError: the link was lost.
         """
         executed = [
-            (await self._prober.calibrate(target, dids)).executed
+            (
+                await self._prober.calibrate(
+                    target, dids, [key for key in wanted.devices if key[0] == target]
+                )
+            ).executed
             for target, dids in wanted.nodes.items()
             if target not in self._prober.profiles
         ]
@@ -113,7 +119,7 @@ class Calibrator:
         }
 
     async def _learn_health(self, target: int | None) -> None:
-        if not self._health.knows(target):
+        if self._health and not self._health.knows(target):
             await self._health.passes(target)
 
     def notes(self, wanted: Wanted) -> list[Note]:

@@ -93,24 +93,30 @@ class Prober:
             command = command._replace(payload=payload_for(row, policy.consent))
         return FilledProbe(number, command, row)
 
-    async def calibrate(self, target: int | None, dids: Collection[int] = ()) -> NodeProfile:
+    async def calibrate(
+        self,
+        target: int | None,
+        dids: Collection[int] = (),
+        devices: Iterable[tuple[int | None, int]] = (),
+    ) -> NodeProfile:
         """Measure how strictly a node checks lengths.
 
         Args:
             target: the node's address byte.
             dids: devices that will be probed.
+            devices: node and device id of those to begin with meanwhile; ``calibrate_devices`` must follow.
 
         Raises:
             LinkLostError: the link was lost.
         """
         node = self._nodes[target] = Calibration(self.line, target, self.loss, dids)
-        devices = [self._calibration((target, did)) for did in dids]
+        calibrations = [self._calibration(key) for key in devices]
 
         async def ask_impossible() -> None:
-            await ask_together(device.ask_impossible() for device in devices)
+            await ask_together(device.ask_impossible() for device in calibrations)
 
         if await node.measure(ask_impossible):
-            await ask_together([node.finish(), *(device.ask_reads() for device in devices)])
+            await ask_together([node.finish(), *(device.ask_reads() for device in calibrations)])
         profile = self.profiles[target] = node.profile()
         return profile
 
