@@ -207,8 +207,8 @@ class Pipeline:
             return
         silent = self.silent.add(probe, result.exchange, attempts, pace.crowd(result.exchange.seq))
         self._confirm(self._confirmations.silence(probe, stamp))
-        if self._scheduler.is_last and not self._scheduler.todo:
-            self._retry(silent)  # nothing else is left to send meanwhile
+        if self._scheduler.is_last:
+            self._retry(silent)  # little else is left to send meanwhile
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
         target = question.command.target
