@@ -191,6 +191,6 @@ def test_a_sweep_of_whole_devices_comes_near_its_link(interval: float, per_event
     """On a virtual clock: the same on every machine, even a busy one."""
     cell = modelled.Cell(interval, per_event, *sweep.USUAL, 0.0)
     swept = modelled.sweep_of(cell, range(0x40, 0x48), 0)
-    assert swept.seconds / swept.limit < sweep.MOST_ALL
+    assert swept.seconds / swept.limit < 1.2  # begin and end weigh more than in a sweep of all devices
     theirs = modelled.strategy_of_spherov2(cell, 0)
     assert theirs / modelled.sweep_of(cell, [0x13], 0).seconds > 20
