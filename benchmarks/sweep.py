@@ -3,28 +3,14 @@
 Everything runs on a virtual clock, so the times are those of the modelled link, the same on every machine.
 """
 
-import asyncio
-import math
-from collections.abc import Coroutine, Iterator, Sequence
-from random import Random
+from collections.abc import Iterator, Sequence
 from statistics import median
-from typing import Any, Final, NamedTuple
+from time import process_time
+from typing import Final
 
+from benchmarks.modelled import ONE_DEVICE, Cell, Swept, strategy_of_spherov2, sweep_of
 from benchmarks.section import Line, Options, Ratio, Remark, Section
-from sphero_probe.catalogue.risk import Risk
-from sphero_probe.catalogue.well_known import WellKnown, row_for
-from sphero_probe.link.exchange import Answered, Blocked
-from sphero_probe.link.link import Link
-from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.link.wrong_lengths import WRONG_LENGTH
-from sphero_probe.probing.engine import Engine
-from sphero_probe.probing.finding import Finding, Heading, Outcome
-from sphero_probe.probing.plan import Plan, sweep
-from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation
-from sphero_probe.simulator import FakeRobot, parse_settings
-from sphero_probe.transports.fake import FakeTransport
-from sphero_probe.virtual_clock import VirtualClock
+from sphero_probe.simulator.measured_timing import IN_FLIGHT, ROUND_TRIPS
 
 LINKS: Final = ((0.015, 6), (0.030, 4), (0.050, 4))
 """Seconds between connection events, packets per event in each direction."""
@@ -35,84 +21,90 @@ USUAL: Final = (0.05, 8)
 """Fraction of silent commands and length of the robot's queue that the targets are for."""
 _SEEDS: Final = 20
 _QUICK_SEEDS: Final = 3
-_PACKET: Final = 20
-"""Bytes per packet of the modelled link."""
-_NODE: Final = 0x11
-_ONE_DEVICE: Final = (0x13,)
-MOST_ONE, MOST_ALL, _BAR_PEER = 1.6, 1.3, 30.0
-_PEER_PAUSE: Final = 0.075
-_PEER_PATIENCE: Final = 10.0
-"""Seconds that spherov2 0.12.1 waits between writes to a BOLT, and for an answer."""
-
-
-class Cell(NamedTuple):
-    """One modelled link and robot.
-
-    Attributes:
-        interval: seconds between connection events.
-        per_event: packets per event in each direction.
-        silent: fraction of the commands that are never answered.
-        queue: commands that can wait in the robot.
-        loss: fraction of the packets that are lost, in each direction.
-    """
-
-    interval: float
-    per_event: int
-    silent: float
-    queue: int
-    loss: float
-
-    def __str__(self) -> str:
-        """Return the text for a table."""
-        link = f"{self.interval * 1000:.0f} ms x {self.per_event}"
-        return f"{link}, {self.silent:.0%} silent, queue {self.queue}, {self.loss:.0%} lost"
-
-
-class Swept(NamedTuple):
-    """The result of a sweep.
-
-    Attributes:
-        seconds: from the first probe to the last finding.
-        calling: seconds before that, for identification and calibration.
-        limit: the least seconds that the link needs to carry every probe once.
-        false: commands that are reported as silent but do answer.
-    """
-
-    seconds: float
-    calling: float
-    limit: float
-    false: int
+MOST_ALL, _BAR_PEER, _BAR_CORE = 1.12, 30.0, 20.0
+_MOST: Final = {
+    (0.015, 6, 0.05, 8, 0.0): 1.45,
+    (0.030, 4, 0.05, 8, 0.0): 1.25,
+    (0.050, 4, 0.05, 8, 0.0): 1.25,
+    (0.015, 6, 0.2, 8, 0.0): 1.8,
+    (0.015, 6, 0.2, 2, 0.0): 3.0,
+}
+"""Interval, packets per event, silent, queue, loss -> how many times the limit 256 commands may take."""
+_SILENT_MUCH, _SLOW_SERVICE = 0.2, 0.020
+_BAUDS: Final = (115_200, 9_600)
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
     """Sweep modelled robots, also with the strategy of spherov2."""
     seeds = _QUICK_SEEDS if options.quick else _SEEDS
-    yield Remark("simulated: links, robots and the clock; the brackets show the extremes over all seeds")
-    yield Remark("compared with the link's limit: our time divided by the least time for every probe once,")
-    yield Remark("from the first probe to the last finding, without identification and calibration")
+    yield Remark("links, robots and the clock are simulated; the brackets show the extremes over all seeds")
+    yield Remark("the limit: the least time in which link and robot's queue carry every probe once;")
+    yield Remark(
+        "our time runs from the first probe to the last finding, in the notes from the connection on;"
+    )
+    yield Remark("a run then waits for late answers, until 5 s after the first attempt of each silent probe")
     for interval, per_event in LINKS:
         for silent in SILENT:
             for queue in QUEUES:
                 for loss in LOSSES:
                     cell = Cell(interval, per_event, silent, queue, loss)
-                    swept = [sweep_of(cell, _ONE_DEVICE, seed) for seed in range(seeds)]
-                    bar = MOST_ONE if (silent, queue) == USUAL and not loss else None
-                    yield _line("256 CIDs", cell, swept, bar)
+                    yield _line("256 CIDs", cell, _swept(cell, seeds), _MOST.get((*cell[:4], loss)))
+    for queue in QUEUES:
+        cell = Cell(*LINKS[0], _SILENT_MUCH, queue, 0.0, _SLOW_SERVICE)
+        yield _line("256 CIDs", cell, _swept(cell, seeds), None)
+    for baud in _BAUDS:
+        cell = Cell(0.0, 1, *USUAL, 0.0, baud=baud)
+        yield _line("256 CIDs", cell, _swept(cell, seeds), None)
+    yield _measured(seeds)
     dids = range(0x40, 0x50) if options.quick else range(256)
     for interval, per_event in LINKS:
         for loss in LOSSES:
             cell = Cell(interval, per_event, *USUAL, loss)
             bar = None if loss else MOST_ALL
-            yield _line(f"{len(dids)} x 256", cell, [sweep_of(cell, dids, 0)], bar)
+            began = process_time()
+            swept = sweep_of(cell, dids, 0)
+            yield _line(f"{len(dids)} x 256", cell, [swept], bar)
+            if (interval, per_event, loss) == (*LINKS[0], 0.0):
+                yield _per_core(cell, swept, process_time() - began)
     for interval, per_event in LINKS:
-        cell = Cell(interval, per_event, *USUAL, 0.0)
-        theirs = [strategy_of_spherov2(cell, seed) for seed in range(seeds)]
-        ours = [sweep_of(cell, _ONE_DEVICE, seed) for seed in range(seeds)]
-        quotients = sorted(their / our.seconds for their, our in zip(theirs, ours, strict=True))
-        ratio = Ratio(median(quotients), quotients[0], quotients[-1])
-        whole = median(their / (our.calling + our.seconds) for their, our in zip(theirs, ours, strict=True))
-        note = f"{median(theirs):.0f} s; {whole:.0f}x with our identification and calibration"
-        yield Line(f"256 CIDs: {cell}", "spherov2's strategy", ratio, _BAR_PEER, note=note)
+        for silent in (0.0, USUAL[0]):
+            yield _beside_spherov2(Cell(interval, per_event, silent, USUAL[1], 0.0), seeds)
+
+
+def _swept(cell: Cell, seeds: int) -> list[Swept]:
+    return [sweep_of(cell, ONE_DEVICE, seed) for seed in range(seeds)]
+
+
+def _measured(seeds: int) -> Line:
+    """Compare with two commands in flight, as the maker's app had on the robot that was measured."""
+    cell = Cell(0.0, 1, *USUAL, 0.0, is_measured=True)
+    swept = _swept(cell, seeds)
+    usual = 256 * median(seconds for _, seconds in ROUND_TRIPS) / IN_FLIGHT
+    quotients = sorted(usual / one.seconds for one in swept)
+    note = (
+        f"{median(one.seconds for one in swept):.1f} s; whether a robot takes more than {IN_FLIGHT} at once "
+        f"was not measured; {sum(one.false for one in swept)} false silences"
+    )
+    ratio = Ratio(median(quotients), quotients[0], quotients[-1])
+    return Line(f"256 CIDs: {cell}", f"{IN_FLIGHT} in flight", ratio, note=note)
+
+
+def _per_core(cell: Cell, swept: Swept, spent: float) -> Line:
+    """Return how many robots one core serves at the speed of their links."""
+    robots = (swept.calling + swept.seconds) / (spent - swept.simulating)
+    note = f"{(swept.calling + swept.seconds) / spent:.0f} with the simulated robots on the same core"
+    return Line(f"robots per core: {cell}", "one robot", Ratio(robots, robots, robots), _BAR_CORE, note=note)
+
+
+def _beside_spherov2(cell: Cell, seeds: int) -> Line:
+    theirs = [strategy_of_spherov2(cell, seed) for seed in range(seeds)]
+    ours = _swept(cell, seeds)
+    quotients = sorted(their / one.seconds for their, one in zip(theirs, ours, strict=True))
+    ratio = Ratio(median(quotients), quotients[0], quotients[-1])
+    whole = median(their / (one.calling + one.seconds) for their, one in zip(theirs, ours, strict=True))
+    note = f"{median(theirs):.0f} s; {whole:.0f}x with our identification and calibration"
+    bar = _BAR_PEER if cell.silent else None
+    return Line(f"256 CIDs: {cell}", "spherov2's strategy", ratio, bar, note=note)
 
 
 def _line(what: str, cell: Cell, swept: Sequence[Swept], ceiling: float | None) -> Line:
@@ -120,104 +112,15 @@ def _line(what: str, cell: Cell, swept: Sequence[Swept], ceiling: float | None) 
     ratio = Ratio(median(over), over[0], over[-1])
     false = sum(one.false for one in swept)
     calling = median(one.calling for one in swept)
-    note = f"{calling:.2f} s of identification and calibration; {false} false silences"
-    return Line(f"{what}: {cell}", "the link's limit", ratio, note=note, ceiling=ceiling)
-
-
-def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
-    """Sweep these devices of a modelled BOLT+ with the engine, as ``sphero-probe sweep`` does."""
-    robot = _robot(cell, dids, seed)
-    findings: list[Finding] = []
-    times: list[float] = []
-
-    async def work() -> None:
-        last = 0.0
-        now = asyncio.get_running_loop().time
-        robot.connect(now=now())
-        transport = FakeTransport(robot)
-        codec = CODECS[robot.model.generation]
-        policy = Policy(codec.generation, robot.model, Consent(), (robot.name,))
-        async with Link(transport, codec, policy) as link:
-            run = Engine(Plan("sweep", "", [list(sweep(dids, range(256)))]), link, robot.name, _NODE)
-            times.append(now())
-            async for record in run.records():
-                if isinstance(record, Heading):
-                    times.append(now())
-                elif isinstance(record, Finding):
-                    last = now()
-            times.append(last)
-            findings.extend(run.findings)
-        transport.close()
-
-    _run(work())
-    began, called, ended = times
-    asked = [finding for finding in findings if finding.outcome is not Outcome.SKIPPED]
-    limit = limit_of(cell, asked)
-    if ended - called < limit:
-        raise AssertionError(f"faster than its link: {cell}, seed {seed}")
-    silent = silences_of(cell, dids, seed)
-    false = [
-        finding
-        for finding in asked
-        if finding.outcome is Outcome.SILENT and finding.command[:2] not in silent
-    ]
-    return Swept(ended - called, called - began, limit, len(false))
-
-
-def limit_of(cell: Cell, findings: Sequence[Finding]) -> float:
-    """Return the seconds that a link needs to carry each command and each response once."""
-    exchanges = [finding.exchange for finding in findings]
-    up = sum(math.ceil(len(one.sent) / _PACKET) for one in exchanges if not isinstance(one, Blocked))
-    down = sum(math.ceil(len(one.received) / _PACKET) for one in exchanges if isinstance(one, Answered))
-    return max(up, down) / cell.per_event * cell.interval
-
-
-def strategy_of_spherov2(cell: Cell, seed: int) -> float:
-    """Return the seconds to send 256 CIDs one at a time, with a pause, and a timeout of ten seconds."""
-    robot = _robot(cell, _ONE_DEVICE, seed)
-    codec = CODECS[robot.model.generation]
-    policy = Policy(codec.generation, robot.model, Consent(frozenset(Risk), robot.name), (robot.name,))
-    took: list[float] = []
-
-    async def work() -> None:
-        loop = asyncio.get_running_loop()
-        robot.connect(now=loop.time())
-        transport = FakeTransport(robot)
-        async with Link(transport, codec, policy, timeout=_PEER_PATIENCE, window=1) as link:
-            for cid in range(256):
-                await link.ask(Command(*_ONE_DEVICE, cid, bytes(WRONG_LENGTH), _NODE), alone=True)
-                await asyncio.sleep(_PEER_PAUSE)
-            took.append(loop.time())
-        transport.close()
-
-    _run(work())
-    return took[0]
-
-
-def _run(work: Coroutine[Any, Any, None]) -> None:
-    with asyncio.Runner(loop_factory=VirtualClock) as runner:
-        runner.run(work)
-
-
-def _robot(cell: Cell, dids: Sequence[int], seed: int) -> FakeRobot:
-    settings = parse_settings("bolt-plus")._replace(
-        interval=cell.interval,
-        per_event=cell.per_event,
-        queue=cell.queue,
-        loss=cell.loss,
-        seed=seed,
-        silent=silences_of(cell, dids, seed),
+    whole = median((one.calling + one.seconds) / one.limit for one in swept)
+    trips = f" ({calling / (2 * cell.interval):.1f} round trips)" if cell.interval else ""
+    note = (
+        f"{calling:.2f} s{trips} of identification and calibration, {whole:.2f}x with them; "
+        f"{false} false silences"
     )
-    return FakeRobot(settings)
-
-
-def silences_of(cell: Cell, dids: Sequence[int], seed: int) -> frozenset[tuple[int, int]]:
-    """Return the pairs that a modelled robot never answers; it always answers identification."""
-    chance = Random(f"{seed} silent")
-    rows = (row_for(Generation.V2, job) for job in (WellKnown.WAKE, WellKnown.ECHO, WellKnown.VERSION))
-    calling = {(row.did, row.cid) for row in rows if row}
-    pairs = ((did, cid) for did in dids for cid in range(256))
-    return frozenset(pair for pair in pairs if chance.random() < cell.silent and pair not in calling)
+    is_link = cell.baud or cell.per_command * cell.per_event <= cell.interval
+    limit = "the link's limit" if is_link else "the queue's limit"
+    return Line(f"{what}: {cell}", limit, ratio, note=note, ceiling=ceiling)
 
 
 SECTION = Section("sweep", "the time of a sweep compared with its link's limit, on a virtual clock", measure)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import codec, peers, sweep
+from benchmarks import codec, modelled, peers, sweep
 from benchmarks.__main__ import main
 from benchmarks.corpus import (
     ANSWERS_ONLY,
@@ -180,7 +180,7 @@ def test_rounds_are_at_least_seven(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_no_answer_is_taken_for_silence_on_any_modelled_link(
     interval: float, per_event: int, silent: float, queue: int, loss: float, seed: int
 ) -> None:
-    swept = sweep.sweep_of(sweep.Cell(interval, per_event, silent, queue, loss), [0x13], seed)
+    swept = modelled.sweep_of(modelled.Cell(interval, per_event, silent, queue, loss), [0x13], seed)
     assert swept.false == 0
     assert swept.seconds >= swept.limit
 
@@ -189,8 +189,8 @@ def test_no_answer_is_taken_for_silence_on_any_modelled_link(
 @pytest.mark.unmeasured
 def test_a_sweep_of_whole_devices_comes_near_its_link(interval: float, per_event: int) -> None:
     """On a virtual clock: the same on every machine, even a busy one."""
-    cell = sweep.Cell(interval, per_event, *sweep.USUAL, 0.0)
-    swept = sweep.sweep_of(cell, range(0x40, 0x48), 0)
-    assert swept.seconds / swept.limit < sweep.MOST_ALL
-    theirs = sweep.strategy_of_spherov2(cell, 0)
-    assert theirs / sweep.sweep_of(cell, [0x13], 0).seconds > 20
+    cell = modelled.Cell(interval, per_event, *sweep.USUAL, 0.0)
+    swept = modelled.sweep_of(cell, range(0x40, 0x48), 0)
+    assert swept.seconds / swept.limit < 1.2  # begin and end weigh more than in a sweep of all devices
+    theirs = modelled.strategy_of_spherov2(cell, 0)
+    assert theirs / modelled.sweep_of(cell, [0x13], 0).seconds > 20

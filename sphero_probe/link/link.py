@@ -9,6 +9,7 @@ from typing import Any, Final, Self
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import LinkLostError
+from sphero_probe.link.alarm import TICK, Alarm
 from sphero_probe.link.events import BytesReceived, Events, ExchangeEnded, FrameSent, UnsolicitedReceived
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, LateResponse, Silent, Unsolicited
 from sphero_probe.link.pacing import FIRST_TIMEOUT, Pace
@@ -20,7 +21,6 @@ from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.transports.base import Transport
 
-_TICK: Final = 1e-6
 _CLOSED: Final = "try again, nearer to the robot; a robot that falls asleep drops the link"
 
 
@@ -74,7 +74,7 @@ class Link:
         self._in_flight: dict[int, InFlightCommand] = {}
         self._lost: Exception | None = None
         self._reader: asyncio.Task[None] | None = None
-        self._watcher: asyncio.TimerHandle | None = None
+        self._alarm = Alarm(self._on_time)
 
     async def __aenter__(self) -> Self:
         """Start listening."""
@@ -85,8 +85,7 @@ class Link:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Stop listening; commands that still wait raise ``LinkLostError``."""
-        if self._watcher:
-            self._watcher.cancel()
+        self._alarm.cancel()
         if self._reader:
             self._reader.cancel()
             await asyncio.wait([self._reader])
@@ -113,7 +112,9 @@ class Link:
 
     def room(self, target: int | None) -> int:
         """Return how many more commands could be sent to a node right now."""
-        return 0 if self._queue else self.window.room(target)
+        if self._queue and not self.window.has_place(self._queue[0][0]):
+            return 0
+        return self.window.room(target)
 
     async def ask(
         self,
@@ -122,6 +123,7 @@ class Link:
         timeout: float | None = None,
         alone: bool = False,
         expected: bool = False,
+        patience: float = 0.0,
         before_sending: Callable[[], None] = _ignore,
     ) -> Exchange:
         """Send one command and wait until it is answered, silent or blocked.
@@ -131,6 +133,7 @@ class Link:
             timeout: seconds until it counts as silent, None for the node's pace.
             alone: send it with nothing else in flight; classes above ``probe`` are always sent like that.
             expected: an answer is certain, so silence means that too many commands were in flight.
+            patience: seconds that it waits at least, though a later command is answered meanwhile.
             before_sending: called right before the frame is sent; if it raises, nothing is sent.
 
         Returns:
@@ -147,7 +150,7 @@ class Link:
         if risk > Risk.PROBE:
             alone = True
             timeout = timeout or max(FIRST_TIMEOUT, self.pace(command.target).timeout)
-        in_flight = await self._wait_for_place(QueuedCommand(command, timeout, alone, expected))
+        in_flight = await self._wait_for_place(QueuedCommand(command, timeout, alone, expected, patience))
         try:
             if reason := self.policy.assess(command).blocked:  # a measurement may have ended while it waited
                 return self._blocked(command, risk, reason)
@@ -187,18 +190,17 @@ class Link:
 
         A command to be sent alone holds up the rest of the queue.
         """
-        loop = asyncio.get_running_loop()
-        now = loop.time()  # one moment for the whole loop: anything due later gets a timer
+        now = asyncio.get_running_loop().time()  # one moment for all: what is due later gets a timer
         while self._queue:
             queued, place = self._queue[0]
             if place.done():
                 self._queue.popleft()
                 continue
-            if not self.window.has_place(queued) or self._tracker.free_at(queued.command, now) > now:
+            if not self.window.has_place(queued) or self._ready_at(now) > now:
                 break
             self._queue.popleft()
             pace = self.pace(queued.command.target)
-            timeout = pace.timeout if queued.timeout is None else queued.timeout
+            timeout = max(pace.timeout, queued.patience) if queued.timeout is None else queued.timeout
             try:
                 seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
             except ValueError as error:
@@ -206,9 +208,14 @@ class Link:
                 continue
             self.window.take(queued)
             pace.sent(seq, now=now)
-            self._in_flight[seq] = InFlightCommand(seq, frame, queued, loop.create_future())
+            self._in_flight[seq] = InFlightCommand(seq, frame, queued, asyncio.Future(), now)
             place.set_result(self._in_flight[seq])
         self._watch(now)
+
+    def _ready_at(self, now: float) -> float:
+        """Return when the first queued command gets a sequence number, and its node is ready for it."""
+        queued, _ = self._queue[0]
+        return max(self._tracker.free_at(queued.command, now), self.window.ready_at(queued))
 
     def _release(self, in_flight: InFlightCommand) -> None:
         """Free a command's place; an answer that arrives later belongs to no waiting command."""
@@ -235,22 +242,16 @@ class Link:
             self._fail(LinkLostError("the robot closed the connection", _CLOSED))
 
     def _watch(self, now: float) -> None:
-        """Set the timer to the next deadline, or to when the first queued command gets a sequence number."""
-        if self._watcher:
-            self._watcher.cancel()
-            self._watcher = None
-        loop = asyncio.get_running_loop()
-        moments = [self._tracker.next_deadline()]
-        if self._queue and (rested := self._tracker.free_at(self._queue[0][0].command, now)) > now:
-            moments.append(rested)
-        due = min((moment for moment in moments if moment is not None), default=inf)
-        if due < inf and not self._lost:
-            self._watcher = loop.call_at(max(due, loop.time() + _TICK), self._on_time)
+        """Set the timer to the next deadline, or to when the first queued command may be sent."""
+        due = self._tracker.next_deadline() or inf
+        if self._queue and (ready := self._ready_at(now)) > now:
+            due = min(due, ready)
+        self._alarm.set(inf if self._lost else due)
 
     def _on_time(self) -> None:
         now = asyncio.get_running_loop().time()
         try:
-            for event in self._tracker.expire(now=now + _TICK):  # a timer may fire a hair early
+            for event in self._tracker.expire(now=now + TICK):  # a timer may fire a hair early
                 self._deliver(event, now)
         except Exception as error:  # noqa: BLE001 - raised again in every waiting call
             self._fail(error)
@@ -263,14 +264,11 @@ class Link:
         )
         if isinstance(event, LateResponse) and isinstance(event.earlier, Silent) and event.took is not None:
             self.pace(event.earlier.command.target).answered_late(event.took)
-        match event:
-            case Answered() | Silent():
-                self._settle(event, now)
-                self.events.tell(ExchangeEnded, now, event)
-            case Blocked():  # never sent, so the tracker never reports it
-                pass
-            case _:
-                self.events.tell(UnsolicitedReceived, now, event)
+        if isinstance(event, Answered | Silent):
+            self._settle(event, now)
+            self.events.tell(ExchangeEnded, now, event)
+        elif not isinstance(event, Blocked):  # what is blocked is never sent, so the tracker never reports it
+            self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
         """Return how a command ended to its caller, and adapt the pace of its node."""
@@ -279,8 +277,9 @@ class Link:
         if isinstance(event, Answered):
             busy = self.codec.verdict(event.response.code) is Verdict.BUSY
             overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
-            by_pace = [seq for seq in overtaken if seq in self._in_flight and self._in_flight[seq].is_paced]
-            self._tracker.shorten_deadlines(by_pace, deadline=now + pace.grace)
+            for waiting in filter(None, map(self._in_flight.get, overtaken)):
+                deadline = waiting.deadline_when_overtaken(now + pace.grace)
+                self._tracker.shorten_deadlines([waiting.seq], deadline=deadline)
         elif not event.command.options.wants_answer:
             pace.forget(event.seq)
         else:

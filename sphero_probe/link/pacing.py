@@ -2,6 +2,8 @@
 
 from typing import Final
 
+from sphero_probe.link.overflow import Crowd, Overflow
+
 FIRST_TIMEOUT: Final = 1.0
 """Seconds until an answer was timed; also the minimum for a command that acts."""
 SHORTEST_TIMEOUT: Final = 0.1
@@ -15,16 +17,24 @@ GRAIN: Final = 0.05
 """Seconds by which the timeout exceeds the smoothed round trip at least (``G`` of RFC 6298)."""
 GRACE: Final = 0.01
 """Minimum seconds to wait for an overtaken command."""
-SHORTEST_LAST_TRY: Final = 0.25
-"""Minimum timeout in seconds of the last attempt: a command may be slower than an echo."""
+PATIENT_ROUND_TRIPS: Final = 4
+"""Round trips from its first attempt on in which no command is called silent: it may be slow."""
+SHORTEST_PATIENCE: Final = 0.1
+"""Minimum seconds of that."""
 BACKOFF: Final = 1.5
 """Factor by which each silence raises the timeout, until an answer is timed again."""
 MAX_ATTEMPTS: Final = 3
 """How often a command that should be answered is sent."""
-SLOW_START: Final = 4
+SLOW_START: Final = 12
 """Up to this size the window grows by one per answer, above it by one per window of answers."""
+FIRST_WINDOW: Final = 2
+"""The size that the window starts with: one command is served while one waits."""
 WIDEST: Final = 12
 """The most commands in flight: what two connection events of a fast BLE link carry either way."""
+_EVENTS: Final = 2
+"""Connection events in a round trip over BLE: what a queue takes at once, it takes in each of them."""
+_BURST_LOST, _SPACED_LOST = 1 / 4, 1 / 8
+"""Share of lost commands from which on the queue overflows, sent at once and at equal distances."""
 
 _SMOOTHING, _VARIATION = 1 / 8, 1 / 4
 
@@ -48,15 +58,36 @@ class Pace:
         self._fixed_timeout = timeout is not None
         self._fixed_window = window
         self._variation = 0.0
-        self._window = 1.0
+        self._window: float = FIRST_WINDOW
         self._threshold: float = SLOW_START
         self._narrowed_at = self._slowed_at = self._full_at = float("-inf")
         self._sent: dict[int, float] = {}
+        self._owed = 0
+        self._overflow, self._overflow_spaced = Overflow(_BURST_LOST), Overflow(_SPACED_LOST)
+        self._crowds: dict[int, Crowd] = {}
+        self._sent_at = float("-inf")
 
     @property
     def window(self) -> int:
         """How many commands may be in flight."""
-        return self._fixed_window or int(self._window)
+        return self._fixed_window or int(min(self._window, self._ceiling))
+
+    @property
+    def is_spaced(self) -> bool:
+        """Whether commands are sent at equal distances: sent at once, they overflowed the node's queue."""
+        return self._overflow.ceiling < float("inf")
+
+    @property
+    def ready_at(self) -> float:
+        """When the next command may be sent, if the window has a place for it."""
+        spaced = self.is_spaced and self.round_trip is not None
+        return self._sent_at + (self.round_trip or 0.0) / self.window if spaced else self._sent_at
+
+    @property
+    def _ceiling(self) -> float:
+        if not self.is_spaced:
+            return self._overflow.ceiling
+        return min(self._overflow_spaced.ceiling, _EVENTS * self._overflow.ceiling)
 
     @property
     def longest_timeout(self) -> float:
@@ -71,13 +102,17 @@ class Pace:
     def sent(self, seq: int, *, now: float) -> None:
         """Record that a command is sent."""
         self._sent[seq] = now
+        self._crowds[seq] = Crowd(self.in_flight, self.is_spaced)
+        self._sent_at = now
         if self.in_flight >= self.window:
             self._full_at = now
 
     @property
-    def last_try_timeout(self) -> float:
-        """Timeout in seconds of the last attempt, which an answer to a later command does not shorten."""
-        return self.timeout if self._fixed_timeout else max(SHORTEST_LAST_TRY, self.timeout)
+    def patience(self) -> float:
+        """Seconds from the first attempt of a command on in which it must not be called silent."""
+        if self._fixed_timeout or self.round_trip is None:
+            return self.timeout
+        return max(SHORTEST_PATIENCE, PATIENT_ROUND_TRIPS * self.round_trip)
 
     @property
     def grace(self) -> float:
@@ -99,15 +134,18 @@ class Pace:
             self._narrow(sent, now)
             return []
         self._time(round_trip)
-        if sent <= self._full_at:  # only a full window shows that the node keeps up
-            grown = 1.0 if self._window < self._threshold else 1 / self._window
-            self._window = min(WIDEST, self._window + grown)
+        if seq in self._crowds:
+            crowd = self._crowds[seq]
+            self._overflow_of(crowd).answered(crowd.in_flight)
         overtaken: list[int] = []
         if seq in self._sent:
             in_order = list(self._sent)
             overtaken = in_order[: in_order.index(seq)]
             for served in (*overtaken, seq):
                 del self._sent[served]
+        self._owed += len(overtaken)
+        if sent <= self._full_at:  # only a full window shows that the node keeps up
+            self._grow()
         return overtaken
 
     def silent(self, seq: int, waited: float, *, now: float, expected: bool = False) -> None:
@@ -127,6 +165,33 @@ class Pace:
         if expected:
             self._narrow(sent, now)
 
+    def crowd(self, seq: int) -> Crowd:
+        """Return what a command was sent into."""
+        return self._crowds.get(seq, Crowd(1))
+
+    def overflows(self, crowd: Crowd) -> bool:
+        """Whether the node's queue is known to be too small for a command that is sent into so many."""
+        return crowd.in_flight > self._overflow_of(crowd).ceiling
+
+    def lost(self, seq: int) -> int:
+        """Record that a silent command was lost, because it is answered when it is sent again.
+
+        Args:
+            seq: the number of the silent attempt.
+
+        Returns:
+            How many losses, this one or earlier ones, are now known to be no fault of the radio: too many
+            commands were in flight for the node's queue.
+        """
+        crowd, spaced_before = self.crowd(seq), self.is_spaced
+        explained = self._overflow_of(crowd).lost(crowd.in_flight)
+        if self.is_spaced and not spaced_before:
+            self._window = self._threshold = max(1.0, self._overflow.ceiling)
+        return explained
+
+    def _overflow_of(self, crowd: Crowd) -> Overflow:
+        return self._overflow_spaced if crowd.is_spaced else self._overflow
+
     def answered_late(self, took: float) -> None:
         """Record that an answer arrived after its command counted as silent, and raise the timeout.
 
@@ -139,6 +204,14 @@ class Pace:
     def forget(self, seq: int) -> None:
         """Record that a command is not waited for any more."""
         self._sent.pop(seq, None)
+
+    def _grow(self) -> None:
+        """Widen the window, unless as many commands were overtaken as answered: they may be lost."""
+        if self._owed:
+            self._owed -= 1
+        elif self._window < self._ceiling:
+            grown = 1.0 if self._window < self._threshold else 1 / self._window
+            self._window = min(WIDEST, self._window + grown)
 
     def _narrow(self, sent: float, now: float) -> None:
         """Halve the window, once for all commands that were sent before that took effect."""

@@ -136,7 +136,7 @@ class Tracker:
 
     def next_deadline(self) -> float | None:
         """Return the next deadline, None while no command waits."""
-        return min((waiting.deadline for waiting in self._waiting.values()), default=None)
+        return min([waiting.deadline for waiting in self._waiting.values()], default=None)
 
     def _overdue(self, now: float) -> list[int]:
         return [seq for seq, waiting in self._waiting.items() if waiting.deadline <= now]

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import inf
 
+from sphero_probe.link.alarm import TICK
 from sphero_probe.link.pacing import WIDEST, Pace
 from sphero_probe.link.requests import QueuedCommand
 
@@ -54,6 +56,10 @@ class Window:
     def has_place(self, queued: QueuedCommand) -> bool:
         """Whether a command may be sent now; one to be sent alone waits until nothing is in flight."""
         return self._taken == 0 if queued.alone else self.room(queued.command.target) > 0
+
+    def ready_at(self, queued: QueuedCommand) -> float:
+        """Return when its node is ready for a command that has a place."""
+        return -inf if queued.alone or self._fixed else self.pace(queued.command.target).ready_at - TICK
 
     def take(self, queued: QueuedCommand) -> None:
         """Give a command its place."""

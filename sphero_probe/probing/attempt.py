@@ -17,7 +17,8 @@ class PreparedProbe(NamedTuple):
         risk: the class of sending it.
         knowledge: the catalogue's row for this robot, None if there is none.
         blocked: why the policy blocks it, empty when it may be sent.
-        is_last_try: it gets the whole timeout, even if later commands are answered meanwhile.
+        wait_until: when it may count as silent at the earliest, on the event loop's clock, though a later
+            command is answered before.
         is_wrong_length: it is harmless only if the command rejects its length.
         may_exist: the catalogue or the robot's own list has the command, so a wrong length may reach it.
     """
@@ -27,14 +28,9 @@ class PreparedProbe(NamedTuple):
     risk: Risk
     knowledge: CommandRow | None
     blocked: str
-    is_last_try: bool = False
+    wait_until: float = 0.0
     is_wrong_length: bool = False
     may_exist: bool = False
-
-    @property
-    def is_expected(self) -> bool:
-        """Whether an answer is certain, because it is a documented query."""
-        return self.knowledge is not None and self.knowledge.risk is Risk.READ and self.risk is Risk.READ
 
 
 class ProbeResult(NamedTuple):

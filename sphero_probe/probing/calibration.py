@@ -6,7 +6,7 @@ probes of a wrong length. Commands that it calls absent are sent again at other 
 """
 
 import asyncio
-from collections.abc import Collection
+from collections.abc import Awaitable, Callable, Collection
 from typing import Final
 
 from sphero_probe.catalogue import all_rows, commands_of
@@ -16,6 +16,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
 from sphero_probe.probing.profiles import ACCEPTED, GONE, NodeProfile, Strictness
 from sphero_probe.probing.questions import Questions, Reply
+from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.reconnect import Reconnector
@@ -25,84 +26,163 @@ _READS_TRIED: Final = 8
 _READ_ATTEMPTS: Final = 2
 """How often a silent read is sent before the next read replaces it."""
 _OTHER_LENGTHS: Final = (40, 0)
+_PAIRS_WANTED: Final = 2
+"""An absent device, and an absent command of a device that is there."""
 
 
 class Calibration:
     """Measures one node, and tells the policy the result."""
 
-    def __init__(self, line: Reconnector, target: int | None, dids: Collection[int] = ()) -> None:
+    def __init__(
+        self, line: Reconnector, target: int | None, loss: LossEstimate, dids: Collection[int] = ()
+    ) -> None:
         """Choose the node.
 
         Args:
             line: to the robot.
             target: the node's address byte.
+            loss: learns how much the link loses.
             dids: devices that will be probed; reads of these come first.
         """
         self._line = line
         self._target = target
         self._dids = dids
-        self._questions = Questions(line, target, may_be_mute=True)
+        self._questions = Questions(line, target, loss, may_be_mute=True)
         self._absent: Command | None = None
         self._executed: Command | None = None
+        self._pairs: list[Command] = []
+        self._masked: Verdict | None = None
+        self._strictness, self._why = Strictness.UNKNOWN, ""
 
-    async def measure(self) -> NodeProfile:
-        """Send the calibration probes and draw the conclusion.
+    async def measure(self, meanwhile: Callable[[], Awaitable[object]]) -> bool:
+        """Send reads, reads with surplus bytes, and commands that cannot exist; return whether it is trusted.
+
+        A trusted node rejects the surplus bytes of every read; ``finish`` must follow.
+
+        Args:
+            meanwhile: asks more than this, once a read was answered.
 
         Raises:
             LinkLostError: the link was lost.
         """
         checks = self._line.link.policy.length_checks
         if checks.is_lenient(self._target):
-            return self._conclude(Strictness.LENIENT, "a command accepted a wrong length earlier in this run")
-        (reads, verdicts), (device, first) = await asyncio.gather(
-            self._reads_that_answer(),
+            self._conclude(Strictness.LENIENT, "a command accepted a wrong length earlier in this run")
+            return False
+        candidates = self._candidates()
+        first_tried = [Command(row.did, IMPOSSIBLE_CIDS[0]) for row in candidates[:1]]
+        (reads, replies, verdicts), (device, first), (command, last) = await asyncio.gather(
+            self._ask_reads(candidates, meanwhile),
             self._find_absent([Command(did, 0) for did in IMPOSSIBLE_DIDS], *GONE),
+            self._find_absent(first_tried, Verdict.NO_COMMAND, attempts=1),
         )
+        if command is None and reads:
+            wanted = [Command(reads[0].did, cid) for cid in IMPOSSIBLE_CIDS]
+            untried = wanted if last.verdict is None else [one for one in wanted if one not in first_tried]
+            command, last = await self._find_absent(untried, Verdict.NO_COMMAND)
         if not reads and verdicts == {Verdict.NO_TARGET}:
             checks.trust(self._target)
-            return self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
-        if self._questions.is_mute:
-            return self._conclude(Strictness.UNKNOWN, "it answers nothing, not even an echo")
-        if not reads:
-            return self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
-        command, last = await self._find_absent(
-            [Command(reads[0].did, cid) for cid in IMPOSSIBLE_CIDS], Verdict.NO_COMMAND
-        )
-        if first.verdict in ACCEPTED or last.verdict in ACCEPTED:
-            return self._conclude(Strictness.UNKNOWN, "commands that cannot exist succeed")
-        surplus = [Command(row.did, row.cid, bytes(WRONG_LENGTH), self._target) for row in reads]
-        replies = await self._questions.ask_all(surplus, "bad data length")
-        for row, reply in zip(reads, replies, strict=True):
-            if reply.verdict in ACCEPTED:
-                checks.distrust(self._target)
-                return self._conclude(Strictness.LENIENT, f"{row.name} runs with surplus bytes")
-            if reply.verdict is not Verdict.BAD_LENGTH:
-                return self._conclude(Strictness.UNKNOWN, f"{row.name} does not reject surplus bytes as such")
-        checks.trust(self._target)
-        for probe in surplus:
-            checks.add_rejection(probe)
-        absent = [pair for pair in (device, command) if pair]
-        lenient, (strictness, why), _ = await asyncio.gather(
-            self._setter_without_arguments(), self._other_lengths(*absent), self._codes_on_demand()
+            self._conclude(Strictness.NO_NODE, "every read is answered with bad target id")
+        elif self._questions.is_mute:
+            self._conclude(Strictness.UNKNOWN, "it answers nothing, not even an echo")
+        elif not reads:
+            self._conclude(Strictness.UNKNOWN, "no documented read answers on this node")
+        elif first.verdict in ACCEPTED or last.verdict in ACCEPTED:
+            self._conclude(Strictness.UNKNOWN, "commands that cannot exist succeed")
+        elif self._all_rejected(reads, replies):
+            checks.trust(self._target)
+            self._pairs = [pair for pair in (device, command) if pair]
+            if device is None or command is None:
+                self._masked = (first if device is None else last).verdict
+            return True
+        return False
+
+    async def finish(self) -> None:
+        """Send the LED setter without its arguments, and absent commands at other lengths.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
+        checks = self._line.link.policy.length_checks
+        lenient, (strictness, why) = await asyncio.gather(
+            self._setter_without_arguments(), self._other_lengths(*self._pairs)
         )
         if lenient:
             checks.distrust(self._target)
-            return self._conclude(Strictness.LENIENT, lenient)
-        if device is None or command is None:
-            return self._conclude(*self._without_absent((first if device is None else last).verdict))
-        if strictness not in (Strictness.STRICT, Strictness.MASKING):
-            checks.suspend(self._target)
-        return self._conclude(strictness, why)
+            self._conclude(Strictness.LENIENT, lenient)
+        elif len(self._pairs) < _PAIRS_WANTED:
+            self._conclude(*self._without_absent(self._masked))
+        else:
+            if strictness not in (Strictness.STRICT, Strictness.MASKING):
+                checks.suspend(self._target)
+            self._conclude(strictness, why)
 
-    async def _reads_that_answer(self) -> tuple[list[CommandRow], set[Verdict | None]]:
-        """Return some reads that succeed, and every verdict seen."""
+    def profile(self) -> NodeProfile:
+        """Return what was measured."""
+        return NodeProfile(
+            self._target,
+            self._strictness,
+            self._why,
+            tuple(self._questions.steps),
+            self._absent,
+            self._executed,
+            self._questions.is_mute,
+        )
+
+    async def ask_codes(self) -> None:
+        """Ask the robot to answer with each error code, if it can; the answers are evidence.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
+        robot = self._line.link.policy.robot
+        row = row_for(self._line.link.codec.generation, WellKnown.ERROR_ON_DEMAND)
+        if robot is None or row is None or robot.key not in row.nodes or not self._pairs:
+            return
+        codes = range(1, 11)
+        commands = [Command(row.did, row.cid, bytes([code])) for code in codes]
+        await self._questions.ask_all(commands, *map(self._line.link.codec.code_name, codes))
+
+    def _candidates(self) -> list[CommandRow]:
+        """Return the documented reads to try, in order."""
         robot = self._line.link.policy.robot
         rows = commands_of(robot) if robot else all_rows(self._line.link.codec.generation)
-        reads = [
+        return [
             row
             for row in sorted(rows, key=self._order)
             if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
         ][:_READS_TRIED]
+
+    async def _ask_reads(
+        self, candidates: list[CommandRow], meanwhile: Callable[[], Awaitable[object]]
+    ) -> tuple[list[CommandRow], list[Reply], set[Verdict | None]]:
+        """Return reads that succeed, how each answers surplus bytes, and every verdict of a read."""
+        reads, verdicts = await self._reads_that_answer(candidates)
+        if not reads:
+            return [], [], verdicts
+        surplus = [Command(row.did, row.cid, bytes(WRONG_LENGTH), self._target) for row in reads]
+        replies, _ = await asyncio.gather(self._questions.ask_all(surplus, "bad data length"), meanwhile())
+        return reads, replies, verdicts
+
+    def _all_rejected(self, reads: list[CommandRow], replies: list[Reply]) -> bool:
+        """Whether every read rejects surplus bytes; if one does not, that is the conclusion."""
+        checks = self._line.link.policy.length_checks
+        for row, reply in zip(reads, replies, strict=True):
+            if reply.verdict in ACCEPTED:
+                checks.distrust(self._target)
+                self._conclude(Strictness.LENIENT, f"{row.name} runs with surplus bytes")
+                return False
+            if reply.verdict is not Verdict.BAD_LENGTH:
+                self._conclude(Strictness.UNKNOWN, f"{row.name} does not reject surplus bytes as such")
+                return False
+        for row in reads:
+            checks.add_rejection(Command(row.did, row.cid, target=self._target))
+        return True
+
+    async def _reads_that_answer(
+        self, reads: list[CommandRow]
+    ) -> tuple[list[CommandRow], set[Verdict | None]]:
+        """Return some reads that succeed, and every verdict seen."""
         found: list[CommandRow] = []
         verdicts: set[Verdict | None] = set()
         while reads and len(found) < _READS_WANTED:
@@ -133,16 +213,6 @@ class Calibration:
         self._executed = command
         return "a setter runs without its arguments"
 
-    async def _codes_on_demand(self) -> None:
-        """Ask the robot to answer with each error code, if it can; the answers are evidence."""
-        robot = self._line.link.policy.robot
-        row = row_for(self._line.link.codec.generation, WellKnown.ERROR_ON_DEMAND)
-        if robot is None or row is None or robot.key not in row.nodes:
-            return
-        codes = range(1, 11)
-        commands = [Command(row.did, row.cid, bytes([code])) for code in codes]
-        await self._questions.ask_all(commands, *map(self._line.link.codec.code_name, codes))
-
     async def _other_lengths(self, *pairs: Command) -> tuple[Strictness, str]:
         """Send commands that were called absent at other lengths."""
         commands = [pair._replace(payload=bytes(length)) for pair in pairs for length in _OTHER_LENGTHS]
@@ -164,7 +234,9 @@ class Calibration:
             return Strictness.MASKING, "a wrong length is rejected even where no command exists"
         return Strictness.MASKING, f"commands that cannot exist are answered: {verdict.value}"
 
-    async def _find_absent(self, candidates: list[Command], *wanted: Verdict) -> tuple[Command | None, Reply]:
+    async def _find_absent(
+        self, candidates: list[Command], *wanted: Verdict, attempts: int | None = None
+    ) -> tuple[Command | None, Reply]:
         """Return the first candidate that the node calls absent, and the last reply.
 
         The policy then allows any length for a command that was called absent.
@@ -172,7 +244,7 @@ class Calibration:
         reply = Reply(None)
         for candidate in candidates:
             probe = candidate._replace(payload=bytes(WRONG_LENGTH))
-            reply = await self._questions.ask(probe, wanted[0].value)
+            (reply,) = await self._questions.ask_all([probe], wanted[0].value, attempts=attempts)
             if reply.verdict in wanted:
                 absent = candidate._replace(target=self._target)
                 self._line.link.policy.length_checks.mark_absent(absent)
@@ -180,8 +252,5 @@ class Calibration:
                 return absent, reply
         return None, reply
 
-    def _conclude(self, strictness: Strictness, why: str) -> NodeProfile:
-        steps = tuple(self._questions.steps)
-        return NodeProfile(
-            self._target, strictness, why, steps, self._absent, self._executed, self._questions.is_mute
-        )
+    def _conclude(self, strictness: Strictness, why: str) -> None:
+        self._strictness, self._why = strictness, why

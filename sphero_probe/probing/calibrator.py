@@ -1,11 +1,13 @@
 """Decide which nodes and devices must be calibrated before the probes of a stage, and calibrate them."""
 
-from collections.abc import Collection, Container, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Container, Coroutine, Mapping, Sequence
+from typing import Any, NamedTuple
 
+from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, is_wrong_length
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Note
+from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.notes import calibration_note, evidence_note, node_name
 from sphero_probe.probing.plan import Probe
 from sphero_probe.probing.prober import FilledProbe, Prober
@@ -30,10 +32,13 @@ class Calibrator:
         filled: number -> probes that ``find_wanted`` filled in.
     """
 
-    def __init__(self, prober: Prober, executions: Executions, *, verify: bool) -> None:
+    def __init__(
+        self, prober: Prober, executions: Executions, health: HealthCheck | None = None, *, verify: bool
+    ) -> None:
         self.filled: dict[int, FilledProbe] = {}
         self._prober = prober
         self._executions = executions
+        self._health = health
         self._verify = verify
         self._noted: set[int | None] = set()
 
@@ -82,13 +87,22 @@ class Calibrator:
             LinkLostError: the link was lost.
         """
         executed = [
-            (await self._prober.calibrate(target, dids)).executed
+            (
+                await self._prober.calibrate(
+                    target, dids, [key for key in wanted.devices if key[0] == target]
+                )
+            ).executed
             for target, dids in wanted.nodes.items()
             if target not in self._prober.profiles
         ]
         mute = {target for target, profile in self._prober.profiles.items() if profile.is_mute}
         devices = [key for key in wanted.devices if key[0] not in mute]
-        executed += [device.executed for device in await self._prober.calibrate_devices(devices)]
+        nodes = [target for target in wanted.nodes if target not in mute]
+        asking: list[Coroutine[Any, Any, object]] = [self._prober.calibrate_devices(devices)]
+        asking += [self._prober.ask_codes(target) for target in nodes]
+        asking += [self._learn_health(target) for target in nodes]
+        await ask_together(asking)
+        executed += [self._prober.devices[key].executed for key in devices]
         for command in executed:
             if command:
                 self._executions.take(command)
@@ -103,6 +117,10 @@ class Calibrator:
             node_name(target, robot): profile.strictness.value
             for target, profile in self._prober.profiles.items()
         }
+
+    async def _learn_health(self, target: int | None) -> None:
+        if self._health and not self._health.knows(target):
+            await self._health.passes(target)
 
     def notes(self, wanted: Wanted) -> list[Note]:
         """Return the notes on nodes and devices that were just measured."""

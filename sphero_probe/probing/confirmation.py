@@ -2,9 +2,13 @@
 
 A node serves its commands in order. So a health check that a node passes confirms everything that was sent to
 it before. Each node stands for itself: one may hang while another answers.
+
+A health check has two questions: an echo, and a command that the node called absent. While probes follow, the
+second one need not be sent: any of them that the node calls absent proves the same.
 """
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from sphero_probe.probing.attempt import PreparedProbe
@@ -23,6 +27,23 @@ class Confirmed(NamedTuple):
     silent: list[PreparedProbe]
 
 
+@dataclass(slots=True)
+class _OpenCheck:
+    """A health check that was sent and has neither passed nor been replaced by a later one.
+
+    Attributes:
+        questions: sent, and not answered yet.
+        wants_absent: no command that was sent after it was called absent yet, and none was asked for.
+    """
+
+    questions: int
+    wants_absent: bool
+
+    @property
+    def is_passed(self) -> bool:
+        return not (self.questions or self.wants_absent)
+
+
 class NodeConfirmations:
     """Results of one node that wait for a health check that was sent after their probe.
 
@@ -35,7 +56,7 @@ class NodeConfirmations:
         self.checks = 0
         self._answered: list[tuple[int, SettledProbe]] = []
         self._silent: list[tuple[int, PreparedProbe]] = []
-        self._open: dict[int, int] = {}
+        self._open: dict[int, _OpenCheck] = {}
         self.confirmed_to = 0
 
     def __bool__(self) -> bool:
@@ -62,11 +83,34 @@ class NodeConfirmations:
         self._silent.append((stamp, probe))
         return self._confirmed()
 
-    def send(self, questions: int, number: int = 0) -> int:
-        """Record that a health check of so many questions is sent; return its number, by default the next."""
+    def send(self, questions: int, number: int = 0, *, wants_absent: bool = False) -> int:
+        """Record that a health check is sent; return its number.
+
+        Args:
+            questions: how many are sent.
+            number: of the check, 0 for the next.
+            wants_absent: a probe that is called absent must answer one more; see ``absent``.
+        """
         self.checks = number or self.checks + 1
-        self._open[self.checks] = questions
+        self._open[self.checks] = _OpenCheck(questions, wants_absent)
         return self.checks
+
+    @property
+    def wants_absent(self) -> bool:
+        """Whether an open health check still waits for a probe that is called absent."""
+        return any(check.wants_absent for check in self._open.values())
+
+    def absent(self, stamp: int) -> Confirmed:
+        """Record that a probe was called absent; return what is confirmed now.
+
+        Args:
+            stamp: what ``checks`` was when it was sent.
+        """
+        for number, check in self._open.items():
+            if number <= stamp:
+                check.wants_absent = False
+        passed = [number for number, check in self._open.items() if number <= stamp and check.is_passed]
+        return self._pass(max(passed)) if passed else Confirmed([], [])
 
     def needs(self, check: int) -> bool:
         """Whether the result of this health check still matters: no later one has passed."""
@@ -74,12 +118,8 @@ class NodeConfirmations:
 
     def passed(self, check: int, questions: int = 1) -> Confirmed:
         """Record correct answers to questions of a health check; return what is confirmed now."""
-        self._open[check] -= questions
-        if not self._open[check]:
-            self.confirmed_to = check
-            for earlier in [number for number in self._open if number <= check]:
-                del self._open[earlier]
-        return self._confirmed()
+        self._open[check].questions -= questions
+        return self._pass(check) if self._open[check].is_passed else Confirmed([], [])
 
     def clear(self) -> Confirmed:
         """Forget every health check; return the results that none of them confirmed."""
@@ -88,6 +128,12 @@ class NodeConfirmations:
         self._silent.clear()
         self._open.clear()
         return left
+
+    def _pass(self, check: int) -> Confirmed:
+        self.confirmed_to = check
+        for earlier in [number for number in self._open if number <= check]:
+            del self._open[earlier]
+        return self._confirmed()
 
     def _confirmed(self) -> Confirmed:
         confirmed = Confirmed(
@@ -143,12 +189,30 @@ class Confirmations:
         """
         return self._node(probe.command.target).silence(probe, stamp)
 
-    def send(self, questions: Mapping[int | None, int]) -> int:
-        """Record that a health check is sent, so many questions to each node; return its number."""
+    def send(self, questions: Mapping[int | None, int], wants_absent: Collection[int | None] = ()) -> int:
+        """Record that a health check is sent; return its number.
+
+        Args:
+            questions: node -> how many are sent to it.
+            wants_absent: nodes of which a probe that is called absent must answer one more.
+        """
         self.checks += 1
         for target, count in questions.items():
-            self._node(target).send(count, self.checks)
+            self._node(target).send(count, self.checks, wants_absent=target in wants_absent)
         return self.checks
+
+    def wants_absent(self, target: int | None) -> bool:
+        """Whether a health check of a node still waits for a probe that is called absent."""
+        return self._node(target).wants_absent
+
+    def absent(self, target: int | None, stamp: int) -> Confirmed:
+        """Record that a node called a probe absent; return what is confirmed now.
+
+        Args:
+            target: the node.
+            stamp: what ``checks`` was when the probe was sent.
+        """
+        return self._node(target).absent(stamp)
 
     def needs(self, check: int, target: int | None) -> bool:
         """Whether the result of this health check still matters for a node: no later one has passed."""

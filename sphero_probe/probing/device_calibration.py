@@ -17,6 +17,7 @@ from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
 from sphero_probe.probing.profiles import ACCEPTED, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
+from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Generation, Verdict
 from sphero_probe.session.reconnect import Reconnector
 
@@ -76,11 +77,11 @@ class DeviceCalibration:
     others.
     """
 
-    def __init__(self, line: Reconnector, target: int | None, did: int) -> None:
+    def __init__(self, line: Reconnector, loss: LossEstimate, target: int | None, did: int) -> None:
         self._line = line
         self._target = target
         self._did = did
-        self._questions = Questions(line, target, _TRIES)
+        self._questions = Questions(line, target, loss, _TRIES)
         self._impossible: dict[int, Answer | None] = {}
         self._executed: Command | None = None
         self._asked = self._rejected = 0
@@ -91,14 +92,22 @@ class DeviceCalibration:
         self._claimed: frozenset[int] = frozenset()
         self._has_claims = False
 
-    async def ask_reads(self) -> None:
-        """Send a command that cannot exist, reads with surplus bytes, and read the robot's own list.
+    async def ask_impossible(self) -> None:
+        """Send a command that cannot exist.
 
         Raises:
             LinkLostError: the link was lost.
         """
         if not self._impossible:
             self._exists = await self._ask_impossible()
+
+    async def ask_reads(self) -> None:
+        """Send a command that cannot exist, reads with surplus bytes, and read the robot's own list.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
+        await self.ask_impossible()
         if self._may_go_on():
             reads, _ = self._rows()
             await ask_together([*map(self._ask_read, reads), self._ask_claims()])

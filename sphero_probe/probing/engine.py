@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 _KEPT_UNSOLICITED: Final = 256
 """Unsolicited packets that are kept to explain why a robot answers nothing."""
+_BETWEEN_STAGES: Final = 0.5
+"""Seconds from its first attempt on in which a probe may be answered, where the next stage depends on it."""
 
 
 @dataclass(slots=True)
@@ -84,8 +86,9 @@ class Engine:
         self._prober = Prober(self._line, self.target)
         self._prober.intend = self.recorder.intend
         self._executions = Executions(self._prober, self._notes.append)
-        self._calibrator = Calibrator(self._prober, self._executions, verify=self.plan.verify)
         self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions, self._notes.append)
+        health = self._pipeline.health
+        self._calibrator = Calibrator(self._prober, self._executions, health, verify=self.plan.verify)
         self._results = Results(self._prober, self.recorder, self._executions, self.findings)
         self._pipeline.on_answer = self._results.judge
 
@@ -118,7 +121,7 @@ class Engine:
             if index == 0:
                 for record in await self._introduction(probes):
                     yield record
-            async for record in self._stage(probes, is_first=index == 0):
+            async for record in self._stage(probes, index):
                 if isinstance(record, Finding):
                     self.findings.append(record)
                 yield record
@@ -162,9 +165,8 @@ class Engine:
             self._line.expect_firmware(self._results.firmware)
             self._note_slowness()
             await self._calibrate(wanted)
-            for target in wanted.nodes or {self.target: ()}:
-                if target not in self._pipeline.dead:
-                    await self._pipeline.health.passes(target)
+            if not wanted.nodes and self.target not in self._pipeline.dead:
+                await self._pipeline.health.passes(self.target)
 
         client = SeenClient()
         with exchanges_kept(self.link.events) as exchanges:
@@ -192,12 +194,12 @@ class Engine:
             self._notes.append(note)
             self.on_step(note.text)
 
-    async def _stage(self, probes: Sequence[Probe], *, is_first: bool) -> AsyncIterator[Record]:
+    async def _stage(self, probes: Sequence[Probe], index: int) -> AsyncIterator[Record]:
         """Send the probes of one stage, then the silent ones again; yield their findings."""
         first = self.total + 1
         self.total += len(probes)
         self._pipeline.silent.loss.probes = self.total
-        if not is_first:
+        if index:
             dead = self._pipeline.dead
             wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings, dead)
             with exchanges_kept(self.link.events) as exchanges:
@@ -223,7 +225,8 @@ class Engine:
                     yield record
                 chunk = []
         chunk += map(self._prober.prepare, last)
-        for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish()):
+        patience = _BETWEEN_STAGES if index + 1 < len(self.plan.stages) else 0.0
+        for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish(patience)):
             yield record
 
     async def _verify(self) -> AsyncIterator[Record]:

@@ -56,6 +56,10 @@ class HealthCheck:
             case Blocked():  # a changed policy says nothing about the robot
                 return True
 
+    def is_absence(self, answer: Answered) -> bool:
+        """Whether an answer says that there is no such command, as a healthy robot says of an absent one."""
+        return self._prober.link.codec.verdict(answer.response.code) in GONE
+
     async def passes(self, target: int | None, attempts: int = MAX_ATTEMPTS) -> bool:
         """Ask the questions alone and compare; the first call only learns which ones this node answers.
 

@@ -6,6 +6,7 @@ from typing import Final
 
 from sphero_probe.catalogue.well_known import WellKnown
 from sphero_probe.errors import NoAnswerError
+from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.events import ExchangeEnded
 from sphero_probe.link.exchange import Answered, LateResponse, Silent, Unsolicited
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_DIDS, WRONG_LENGTH
@@ -62,9 +63,11 @@ async def introduce(
     now = asyncio.get_running_loop().time
     began = now()
     on_step("wake")
-    await wake(line.link, target)
+    answers: list[dict[str, str] | None] = await ask_together(
+        [wake(line.link, target), read_firmware(line.link, target)]
+    )
     on_step("first answer")
-    firmware = await read_firmware(line.link, target)
+    firmware = answers[-1] or {}
     silent: list[Silent] = []
     while not firmware and len(silent) < _ECHOES and (not silent or now() - began < FIRST_ANSWER_TIMEOUT):
         exchange = await ask_well_known(line.link, WellKnown.ECHO, target, attempts=1)

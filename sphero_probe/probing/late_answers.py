@@ -10,7 +10,7 @@ from sphero_probe.probing.retries import SilentProbe
 
 SLOWEST: Final = 5.0
 """Seconds to wait for an answer to a silent probe, from its first attempt on."""
-_LOOK: Final = 0.25
+LOOK: Final = 0.25
 """Seconds between two checks whether the run was ended meanwhile."""
 
 
@@ -41,7 +41,7 @@ class LateAnswers:
             remaining = max(sent, default=-inf) + seconds - now()
             if remaining <= 0:
                 break
-            await asyncio.sleep(min(remaining, _LOOK))
+            await asyncio.sleep(min(remaining, LOOK))
         answered = [silent for silent in self._silent.values() if silent.late_answer]
         self._silent.clear()
         return answered

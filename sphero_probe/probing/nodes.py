@@ -98,6 +98,7 @@ class _Survey:
         self._loss = LossEstimate()
         self._answers: dict[Command, Exchange] = {}
         self._nonce = 0
+        self._silences: Counter[Command] = Counter()
 
     async def run(self, system: System) -> System:
         """Return the system with what was found."""
@@ -119,21 +120,26 @@ class _Survey:
         return Command(row.did, row.cid, self._nonce.to_bytes(_NONCE_BYTES, "big"), target)
 
     async def _ask_all(self, commands: Iterable[Command]) -> None:
-        """Ask what has no answer yet."""
+        """Ask what has no answer yet, and once more what is silent: by then more is known about losses."""
         wanted = list(commands)
 
         async def work() -> None:
             await ask_together(self._ask(command) for command in wanted if command not in self._answers)
+            silent = [command for command in wanted if isinstance(self._answers[command], Silent)]
+            await ask_together(self._ask(command) for command in silent)
 
         await self._line.with_reconnect(work)
 
     async def _ask(self, command: Command) -> None:
         """Ask until it is answered, or chance does not explain its silence any more."""
-        pause, busy, attempt = BUSY_PAUSE, 0, 0
+        pause, busy, attempt = BUSY_PAUSE, 0, self._silences[command]
+        if attempt >= min(self._loss.attempts_wanted, MOST_ATTEMPTS):
+            return
         while True:
             attempt += 1
             exchange = await self._line.link.ask(command, alone=attempt > 1)
             if isinstance(exchange, Silent):
+                self._silences[command] = attempt
                 if attempt < min(self._loss.attempts_wanted, MOST_ATTEMPTS):
                     continue
             elif isinstance(exchange, Answered):

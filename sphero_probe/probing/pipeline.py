@@ -35,7 +35,7 @@ from sphero_probe.probing.retries import (
     SilentProbe,
     no_result,
 )
-from sphero_probe.probing.scheduler import HealthQuestion, Scheduler
+from sphero_probe.probing.scheduler import LOOK_AHEAD, HealthQuestion, Scheduler
 from sphero_probe.probing.silent_probes import SilentProbes
 from sphero_probe.protocol.packets import Command
 from sphero_probe.session.reconnect import Reconnector
@@ -70,8 +70,8 @@ class Pipeline:
     ) -> None:
         self.line = line
         self.health = HealthCheck(prober)
-        self.silent = SilentProbes(prober.link.codec, executions)
-        self.on_answer: Callable[[SettledProbe], Finding | None] = _ignore
+        self.silent = SilentProbes(prober.link.codec, executions, prober.loss)
+        self.on_answer: Callable[[SettledProbe], Finding | None] = lambda _: None
         self._on_note = on_note
         self.executions, self._prober = executions, prober
         self._stop = stop
@@ -101,17 +101,19 @@ class Pipeline:
             else:
                 await self._learn_health(probe.command)
                 self._scheduler.todo.append(probe)
-        await self._work(lambda: not self._scheduler.todo)
+        await self._work(lambda: len(self._scheduler.todo) < LOOK_AHEAD)
         return self._take()
 
-    async def finish(self) -> list[SettledProbe]:
+    async def finish(self, patience: float = 0.0) -> list[SettledProbe]:
         """Wait until every probe has ended; return those that were not returned yet, silent ones included.
 
-        A late answer may still change the result of a silent probe: see ``wait_for_late``.
+        A late answer may still change the result of a silent probe: see ``wait_for_late``. Silent probes are
+        first waited for together, for so many seconds from their first attempt on.
         """
         self._scheduler.is_last = True
         await self._work(self._is_finished)
         self._scheduler.is_last = False
+        await self.silent.wait_together(patience, lambda: self._over)
         return self._take() + self.silent.settle_all(self.health, self._why_interrupted())
 
     async def wait_for_late(self) -> list[SettledProbe]:
@@ -186,21 +188,27 @@ class Pipeline:
                     self._hear_check(item, answer)
 
     def _hear_probe(self, probe: PreparedProbe, result: ProbeResult, stamp: int) -> None:
-        earlier = self.silent.get(probe.number)
+        earlier, pace = self.silent.get(probe.number), self._prober.link.pace(probe.command.target)
         attempts = result.attempts + (earlier.attempts if earlier else 0)
         self._scheduler.was_silent = isinstance(result.exchange, Silent)
         if not isinstance(result.exchange, Silent):
             self.silent.discard(probe.number)
             self.silent.loss.learn(earlier.attempts + 1 if earlier else 1)
+            if earlier and earlier.confirmed:
+                self.silent.learn_lost(pace, probe.command.target, [one.seq for one, _ in earlier.sent_at])
             if isinstance(result.exchange, Answered):
                 self.executions.learn(probe, result.exchange)
                 self._prober.learn(probe.command, result.exchange)
             settled = SettledProbe(probe, result._replace(attempts=attempts))
             settled = settled._replace(finding=self.on_answer(settled))
             self._confirm(self._confirmations.answer(settled, stamp))
+            if isinstance(result.exchange, Answered) and self.health.is_absence(result.exchange):
+                self._confirm(self._confirmations.absent(probe.command.target, stamp))
             return
-        self.silent.add(probe, result.exchange, attempts)
+        silent = self.silent.add(probe, result.exchange, attempts, pace.crowd(result.exchange.seq))
         self._confirm(self._confirmations.silence(probe, stamp))
+        if self._scheduler.is_last:
+            self._retry(silent)  # little else is left to send meanwhile
 
     def _hear_check(self, question: HealthQuestion, exchange: Exchange) -> None:
         target = question.command.target
@@ -209,10 +217,11 @@ class Pipeline:
         is_healthy = self.health.is_healthy(question.command, exchange)
         if is_healthy:
             self.silent.loss.learn(question.attempt)
+            self.silent.learn_lost(self._prober.link.pace(target), target, question.lost)
             self._log.passed(target)
             self._confirm(self._confirmations.passed(question.check, target))
         elif is_healthy is None and question.attempt < MAX_ATTEMPTS:
-            self._scheduler.questions.append(question._replace(attempt=question.attempt + 1))
+            self._scheduler.questions.append(question.again(exchange))
         else:
             self._log.failed(target, question.check)
 
@@ -220,12 +229,13 @@ class Pipeline:
         self._settled += confirmed.answered
         for probe in confirmed.silent:
             if silent := self.silent.get(probe.number):
-                silent.confirmed += 1
+                silent.confirm(self._prober.link.pace(probe.command.target).overflows)
                 self._retry(silent)
 
     def _retry(self, silent: SilentProbe) -> None:
         """Queue a silent probe to be sent again, unless that would prove nothing or is forbidden."""
-        if again := self.silent.next_try(silent):
+        patience = self._prober.link.pace(silent.probe.command.target).patience
+        if again := self.silent.next_try(silent, patience):
             self._scheduler.again.append(again)
 
     async def _void(self) -> None:
@@ -252,6 +262,7 @@ class Pipeline:
                 self._settled.append(SettledProbe(probe, no_result(probe, MAX_VOIDED), NOT_ITSELF))
         for probe in void.silent:
             if silent := self.silent.get(probe.number):
+                silent.crowds.pop()
                 silent.doubt = "" if self._may_repeat(probe) else NOT_ITSELF
                 self._retry(silent)
         void_nodes = wrong.keys() | others - sound
@@ -287,7 +298,3 @@ class Pipeline:
                 self._settled.append(result)
             else:
                 self._hear_probe(probe, result, self._confirmations.checks)
-
-
-def _ignore(_: SettledProbe) -> None:
-    return None

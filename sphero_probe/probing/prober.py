@@ -1,5 +1,6 @@
 """Prepare one probe at a time, by the catalogue and by what was measured, and send it."""
 
+import asyncio
 from collections.abc import Callable, Collection, Iterable
 from typing import Final, NamedTuple
 
@@ -17,6 +18,7 @@ from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters
 from sphero_probe.probing.plan import Probe
 from sphero_probe.probing.profiles import DeviceProfile, NodeProfile, Strictness
+from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.identify import wake
 from sphero_probe.session.reconnect import Reconnector
@@ -54,6 +56,7 @@ class Prober:
         intend: called with each probe before each time it is sent.
         line: to the robot.
         target: the address byte of the robot's usual node.
+        loss: how much the link loses.
     """
 
     def __init__(self, line: Reconnector, target: int | None) -> None:
@@ -63,7 +66,10 @@ class Prober:
         self.intend: Callable[[PreparedProbe], None] = _forget
         self.line = line
         self.target = target
+        self.loss = LossEstimate()
+        self._proved: set[tuple[int | None, int]] = set()
         self._absent: set[tuple[int | None, int]] = set()
+        self._nodes: dict[int | None, Calibration] = {}
         self._calibrations: dict[tuple[int | None, int], DeviceCalibration] = {}
 
     @property
@@ -87,19 +93,45 @@ class Prober:
             command = command._replace(payload=payload_for(row, policy.consent))
         return FilledProbe(number, command, row)
 
-    async def calibrate(self, target: int | None, dids: Collection[int] = ()) -> NodeProfile:
+    async def calibrate(
+        self,
+        target: int | None,
+        dids: Collection[int] = (),
+        devices: Iterable[tuple[int | None, int]] = (),
+    ) -> NodeProfile:
         """Measure how strictly a node checks lengths.
 
         Args:
             target: the node's address byte.
             dids: devices that will be probed.
+            devices: node and device id of those to begin with meanwhile; ``calibrate_devices`` must follow.
 
         Raises:
             LinkLostError: the link was lost.
         """
-        profile = await Calibration(self.line, target, dids).measure()
-        self.profiles[target] = profile
+        node = self._nodes[target] = Calibration(self.line, target, self.loss, dids)
+        calibrations = [self._calibration(key) for key in devices]
+
+        async def ask_impossible() -> None:
+            await ask_together(device.ask_impossible() for device in calibrations)
+
+        if await node.measure(ask_impossible):
+            await ask_together([node.finish(), *(device.ask_reads() for device in calibrations)])
+        profile = self.profiles[target] = node.profile()
         return profile
+
+    async def ask_codes(self, target: int | None) -> None:
+        """Ask a node that was just measured for every error code that it can answer with.
+
+        Args:
+            target: the node's address byte.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
+        if node := self._nodes.pop(target, None):
+            await node.ask_codes()
+            self.profiles[target] = node.profile()
 
     async def calibrate_devices(self, devices: Iterable[tuple[int | None, int]]) -> list[DeviceProfile]:
         """Measure devices that were not measured yet; return their profiles.
@@ -114,9 +146,7 @@ class Prober:
             LinkLostError: the link was lost.
         """
         keys = [key for key in dict.fromkeys(devices) if key not in self.devices]
-        for key in keys:
-            self._calibrations.setdefault(key, DeviceCalibration(self.line, *key))
-        calibrations = [self._calibrations[key] for key in keys]
+        calibrations = [self._calibration(key) for key in keys]
         await ask_together(calibration.ask_reads() for calibration in calibrations)
         for calibration in calibrations:
             await calibration.ask_setters()
@@ -124,6 +154,9 @@ class Prober:
         self.devices.update(zip(keys, found, strict=True))
         self.claimed |= {(profile.target, profile.did, cid) for profile in found for cid in profile.claimed}
         return found
+
+    def _calibration(self, key: tuple[int | None, int]) -> DeviceCalibration:
+        return self._calibrations.setdefault(key, DeviceCalibration(self.line, self.loss, *key))
 
     def learn(self, command: Command, answer: Answered) -> None:
         """Learn from an answer that the node has no such device, if it says so."""
@@ -146,8 +179,13 @@ class Prober:
 
         At least two must have; if the device has documented setters, one of them must not be a read.
         """
-        if self._is_absent(target, did):
+        if (target, did) in self._proved:
             return True
+        if is_proved := self._is_absent(target, did) or self._was_rejected(target, did):
+            self._proved.add((target, did))
+        return is_proved
+
+    def _was_rejected(self, target: int | None, did: int) -> bool:
         policy, generation = self.link.policy, self.link.codec.generation
         rejected = policy.length_checks.rejections(target, did)
         if len(rejected) < REJECTIONS_WANTED:
@@ -195,7 +233,6 @@ class Prober:
             return ProbeResult(Blocked(probe.command, probe.risk, probe.blocked), 0)
         woken = False
         pause = BUSY_PAUSE
-        pace = self.link.pace(probe.command.target)
 
         def intend() -> None:
             self.intend(probe)
@@ -207,9 +244,8 @@ class Prober:
             attempt += 1
             exchange = await self.link.ask(
                 probe.command,
-                timeout=pace.last_try_timeout if probe.is_last_try else None,
                 alone=alone,
-                expected=probe.is_expected,
+                patience=max(0.0, probe.wait_until - asyncio.get_running_loop().time()),
                 before_sending=intend,
             )
             if isinstance(exchange, Blocked):  # something was measured while it waited

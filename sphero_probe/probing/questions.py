@@ -9,6 +9,7 @@ from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.profiles import Answer, Step
+from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.identify import ask_well_known, wake
 from sphero_probe.session.reconnect import Reconnector
@@ -48,11 +49,20 @@ class Questions:
         self,
         line: Reconnector,
         target: int | None,
+        loss: LossEstimate,
         attempts: int = MAX_ATTEMPTS,
         *,
         may_be_mute: bool = False,
     ) -> None:
-        """Choose the node, how often a silent question is asked, and whether to look for a mute node."""
+        """Choose the node and how it is asked.
+
+        Args:
+            line: to the robot.
+            target: the node's address byte.
+            loss: learns how much the link loses.
+            attempts: how often a silent question is asked.
+            may_be_mute: whether to find out if it answers anything at all.
+        """
         self.steps: list[Step] = []
         self.is_mute = False
         self._may_be_mute = may_be_mute
@@ -60,6 +70,7 @@ class Questions:
         self._attempts = attempts
         self._line = line
         self._target = target
+        self._loss = loss
         self._echoes = True
         self._turn = asyncio.Lock()
 
@@ -101,6 +112,7 @@ class Questions:
         """Ask until it is answered; retries are sent with nothing else in flight."""
         codec = self._line.link.codec
         command = command._replace(target=self._target)
+        silent: list[Silent] = []
         for attempt in range(attempts):
             if self.is_mute:
                 break
@@ -108,8 +120,13 @@ class Questions:
             if isinstance(exchange, Blocked):
                 return Step(command, wanted, "blocked"), Reply(None, blocked=True)
             self._silences += 1
+            if isinstance(exchange, Silent):
+                silent.append(exchange)
             if isinstance(exchange, Answered):
                 self._silences = 0
+                self._loss.learn(attempt + 1)
+                pace = self._line.link.pace(self._target)
+                self._loss.excuse(sum(pace.lost(one.seq) for one in silent))
                 response = exchange.response
                 verdict, said = codec.verdict(response.code), codec.code_name(response.code)
                 if verdict is not Verdict.BUSY or wanted == said:

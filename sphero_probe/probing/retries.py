@@ -1,11 +1,13 @@
 """Decide how often a silent probe is sent again, and what its silence proves in the end."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, inf, log
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import Answered, LateResponse, Silent
+from sphero_probe.link.overflow import Crowd
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding
 
@@ -65,10 +67,15 @@ class LossEstimate:
         self._sent += attempts
         self._lost += attempts - 1
 
+    def excuse(self, losses: int) -> None:
+        """Take back losses that were learned: too many commands were in flight."""
+        self._sent -= losses
+        self._lost -= losses
+
     @property
     def attempts_wanted(self) -> int:
         """How many silences chance does not explain any more; may exceed ``MOST_ATTEMPTS``."""
-        rate = (self._lost + 1) / (self._sent + _DOUBT)
+        rate = (max(0, self._lost) + 1) / (max(0, self._sent) + _DOUBT)
         return max(LEAST_ATTEMPTS, ceil(log(FALSE_SILENCES / max(self.probes, 1)) / log(rate)))
 
 
@@ -84,6 +91,8 @@ class SilentProbe:
         late_answer: the answer that arrived after all.
         doubt: why it will not be sent again, empty if it may be.
         sent_at: each attempt that may still be answered, with its time on the event loop's clock.
+        crowds: what it was sent into each time, confirmed silences first.
+        is_queued: it waits to be sent again, or was sent and has not ended.
     """
 
     probe: PreparedProbe
@@ -93,6 +102,8 @@ class SilentProbe:
     late_answer: Answered | None = None
     doubt: str = ""
     sent_at: list[tuple[Silent, float]] = field(default_factory=list)
+    crowds: list[Crowd] = field(default_factory=list)
+    is_queued: bool = False
 
     def hear(self, late: LateResponse) -> bool:
         """Take an answer if it belongs to one of the attempts; return whether it does."""
@@ -109,9 +120,30 @@ class SilentProbe:
         """When it was first sent, on the event loop's clock; minus infinity if it never was."""
         return min((at for _, at in self.sent_at), default=-inf)
 
+    @property
+    def unconfirmed(self) -> int:
+        """How many of its silences still wait for a health check."""
+        return max(0, len(self.crowds) - self.confirmed)
+
+    def confirm(self, overflows: Callable[[Crowd], bool]) -> None:
+        """Count the first unconfirmed silence; see ``discount`` for the argument."""
+        self.confirmed += 1
+        self.discount(overflows)
+
+    def discount(self, overflows: Callable[[Crowd], bool]) -> None:
+        """Do not count silences that a full queue explains.
+
+        Args:
+            overflows: whether the node's queue is too small for a command that is sent into so many.
+        """
+        counted = [crowd for crowd in self.crowds[: self.confirmed] if not overflows(crowd)]
+        self.crowds[: self.confirmed] = counted
+        self.confirmed = len(counted)
+
     def is_final(self, loss: LossEstimate) -> bool:
-        """Whether sending it once more would prove nothing new."""
-        return self.confirmed >= loss.attempts_wanted or self.attempts >= MOST_ATTEMPTS
+        """Whether sending it once more would prove nothing new, if its silences are confirmed."""
+        silences = self.confirmed + self.unconfirmed
+        return silences >= loss.attempts_wanted or self.attempts >= MOST_ATTEMPTS
 
     def settle(self, loss: LossEstimate, interrupted: str, damage: bytes = b"") -> SettledProbe:
         """Return how it ended.

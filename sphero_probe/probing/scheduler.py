@@ -7,7 +7,7 @@ from functools import partial
 from itertools import islice
 from typing import Final, NamedTuple
 
-from sphero_probe.link.exchange import Exchange
+from sphero_probe.link.exchange import Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
 from sphero_probe.probing.confirmation import Confirmations, Confirmed
@@ -16,11 +16,11 @@ from sphero_probe.probing.inflight import InFlight
 from sphero_probe.probing.prober import Prober
 from sphero_probe.protocol.packets import Command
 
-PROBES_PER_CHECK: Final = 16
+PROBES_PER_CHECK: Final = 24
 """Probes between two health checks."""
 SECONDS_PER_CHECK: Final = 2.0
 """Seconds between two health checks, as long as there are probes."""
-_LOOK_AHEAD: Final = 16
+LOOK_AHEAD: Final = 16
 """How far into a queue to look for a probe that may be sent now."""
 _QUESTIONS_PER_CHECK: Final = 2
 """Commands of one health check."""
@@ -33,11 +33,21 @@ class HealthQuestion(NamedTuple):
         check: number of the health check.
         command: to send.
         attempt: from 1.
+        lost: sequence numbers of the attempts that were silent.
     """
 
     check: int
     command: Command
     attempt: int = 1
+    lost: tuple[int, ...] = ()
+
+    def again(self, exchange: Exchange) -> "HealthQuestion":
+        """Return the question for the next attempt, after one that told nothing."""
+        lost = (*self.lost, exchange.seq) if isinstance(exchange, Silent) else self.lost
+        return self._replace(attempt=self.attempt + 1, lost=lost)
+
+
+_Queue = deque[PreparedProbe] | deque[HealthQuestion]
 
 
 class Scheduler:
@@ -88,10 +98,8 @@ class Scheduler:
 
     def send(self) -> None:
         """Send due health checks, retries and new probes, as long as there is room."""
-        while queue := self._next_queue():
-            item = self._next_item(queue)
-            if item is None:
-                return
+        while following := self._next():
+            queue, item = following
             if self.in_flight_probes:
                 if self.width and len(self.in_flight_probes) >= self.width:
                     return
@@ -105,14 +113,19 @@ class Scheduler:
                 self._since_check += 1
                 self.in_flight_probes.start(item, partial(self._prober.ask, item, alone=False))
 
-    def _next_item(
-        self, queue: deque[PreparedProbe] | deque[HealthQuestion]
-    ) -> PreparedProbe | HealthQuestion | None:
+    def _next(self) -> tuple[_Queue, PreparedProbe | HealthQuestion] | None:
+        """Return what is sent next, and the queue that it is in; None if all must wait."""
+        for queue in self._queues():
+            if queue and (item := self._next_item(queue)):
+                return queue, item
+        return None
+
+    def _next_item(self, queue: _Queue) -> PreparedProbe | HealthQuestion | None:
         """Return the first item of a queue that may be sent now, None if all must wait."""
         first = queue[0]
         if isinstance(first, HealthQuestion) or not first.is_wrong_length:
             return first
-        for item in islice(queue, _LOOK_AHEAD):
+        for item in islice(queue, LOOK_AHEAD):
             if isinstance(item, PreparedProbe) and self._may_go(item):
                 return item
         return None
@@ -130,17 +143,18 @@ class Scheduler:
             for other in self.in_flight_probes.items
             if isinstance(other, PreparedProbe) and other.is_wrong_length and other.command.target == target
         ]
-        if not self._is_proved(probe):
-            return not in_flight
-        return all(
-            self._is_proved(other) and not (probe.may_exist and other.may_exist) for other in in_flight
-        )
+        if not in_flight:
+            return True
+        if not self._is_proved(probe) or (probe.may_exist and any(other.may_exist for other in in_flight)):
+            return False
+        dids = {other.command.did for other in in_flight}
+        return all(self._prober.is_proved(target, did) for did in dids)
 
     def _is_proved(self, probe: PreparedProbe) -> bool:
         return self._prober.is_proved(probe.command.target, probe.command.did)
 
-    def _next_queue(self) -> deque[PreparedProbe] | deque[HealthQuestion] | None:
-        """Return the queue to send from next, None when all are empty."""
+    def _queues(self) -> tuple[_Queue, ...]:
+        """Return the queues to send from next, the first one that has something to send."""
         now = asyncio.get_running_loop().time()
         due = self._since_check and (
             self._since_check >= PROBES_PER_CHECK
@@ -150,10 +164,10 @@ class Scheduler:
         if due or self._needs_check or (self.is_idle and self._confirmations):
             self._queue_check(now)
         if self.questions:
-            return self.questions
-        if self.again and not (self.todo and self._retries_in_a_row):
-            return self.again
-        return self.todo or None
+            return (self.questions,)
+        if self._retries_in_a_row:
+            return self.todo, self.again
+        return self.again, self.todo
 
     @property
     def _waits_alone(self) -> bool:
@@ -178,11 +192,20 @@ class Scheduler:
         self._since_check, self._checked_at = 0, now
         nodes = self._confirmations.nodes | {item.command.target for item in self.in_flight_probes.items}
         questions = {target: self._health.questions(target) for target in nodes}
-        check = self._confirmations.send({target: len(asked) for target, asked in questions.items()})
+        shortened = {
+            target for target, asked in questions.items() if len(asked) > 1 and self._may_shorten(target)
+        }
+        questions |= {target: questions[target][:1] for target in shortened}
+        sent = {target: len(asked) for target, asked in questions.items()}
+        check = self._confirmations.send(sent, shortened)
         for target, asked in questions.items():
             self.questions += [HealthQuestion(check, question) for question in asked]
             if not asked:  # this node answers no health check
                 self._on_confirmed(self._confirmations.passed(check, target, 0))
+
+    def _may_shorten(self, target: int | None) -> bool:
+        """Whether the first question is enough, because a probe that follows will answer the second."""
+        return not (self.is_last or self._confirmations.wants_absent(target))
 
     async def _ask(self, question: HealthQuestion, before_sending: Callable[[], None]) -> Exchange:
         alone = question.attempt == MAX_ATTEMPTS

@@ -1,14 +1,17 @@
 """The probes of a run that are silent so far, and what may still answer or explain their silence."""
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from math import inf
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.exchange import LateResponse, Silent
+from sphero_probe.link.overflow import Crowd
+from sphero_probe.link.pacing import Pace
 from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.health import HealthCheck
-from sphero_probe.probing.late_answers import SLOWEST, LateAnswers
+from sphero_probe.probing.late_answers import LOOK, SLOWEST, LateAnswers
 from sphero_probe.probing.near_misses import NearMisses
 from sphero_probe.probing.retries import LOST, UNCHECKED, LossEstimate, SettledProbe, SilentProbe, silence
 from sphero_probe.protocol.codec import Codec
@@ -22,8 +25,8 @@ class SilentProbes:
         loss: how much the link loses.
     """
 
-    def __init__(self, codec: Codec, executions: Executions) -> None:
-        self.loss = LossEstimate()
+    def __init__(self, codec: Codec, executions: Executions, loss: LossEstimate) -> None:
+        self.loss = loss
         self._by_number: dict[int, SilentProbe] = {}
         self._executions = executions
         self._near_misses = NearMisses(codec)
@@ -41,11 +44,21 @@ class SilentProbes:
         """Return the silent probe of this number, None if it is not silent."""
         return self._by_number.get(number)
 
-    def add(self, probe: PreparedProbe, exchange: Silent, attempts: int) -> None:
-        """Record a silent attempt; ``attempts`` counts all attempts so far."""
+    def add(self, probe: PreparedProbe, exchange: Silent, attempts: int, crowd: Crowd) -> SilentProbe:
+        """Record a silent attempt, which a health check must confirm.
+
+        Args:
+            probe: the probe.
+            exchange: of this attempt.
+            attempts: all so far.
+            crowd: what it was sent into.
+        """
         silent = self._by_number.setdefault(probe.number, SilentProbe(probe, exchange, 0))
         silent.exchange, silent.attempts = exchange, attempts
+        silent.is_queued = False
+        silent.crowds.append(crowd)
         silent.sent_at.append((exchange, asyncio.get_running_loop().time() - exchange.waited))
+        return silent
 
     def add_lost(self, probe: PreparedProbe) -> None:
         """Add a probe whose answer a dropped link may have taken along."""
@@ -55,11 +68,34 @@ class SilentProbes:
         """Forget a probe that was answered or settled."""
         self._by_number.pop(number, None)
 
-    def next_try(self, silent: SilentProbe) -> PreparedProbe | None:
-        """Return the probe to send again; None if its silence is certain or its class forbids it."""
+    def next_try(self, silent: SilentProbe, patience: float) -> PreparedProbe | None:
+        """Return the probe to send again; None if its silence is certain or its class forbids it.
+
+        Args:
+            silent: the probe.
+            patience: seconds from its first attempt on in which it must not be settled as silent.
+        """
         if silent.late_answer or silent.doubt or silent.probe.risk > Risk.WRITE or silent.is_final(self.loss):
             return None
-        return silent.probe._replace(is_last_try=silent.confirmed + 1 >= self.loss.attempts_wanted)
+        if silent.is_queued:
+            return None
+        silent.is_queued = True
+        is_last = silent.confirmed + silent.unconfirmed + 1 >= self.loss.attempts_wanted
+        return silent.probe._replace(wait_until=silent.first_sent + patience if is_last else 0.0)
+
+    def learn_lost(self, pace: Pace, target: int | None, numbers: Iterable[int]) -> None:
+        """Record that commands were lost; silences that a full queue explains do not count.
+
+        Args:
+            pace: of the node.
+            target: the node.
+            numbers: the sequence numbers of the commands.
+        """
+        excused = sum(map(pace.lost, numbers))
+        self.loss.excuse(excused)
+        for silent in self if excused else ():
+            if silent.probe.command.target == target:
+                silent.discount(pace.overflows)
 
     def hear(self, unsolicited: Malformed | LateResponse) -> None:
         """Process a late answer, which still settles its own probe, or bytes that fit no command."""
@@ -69,6 +105,16 @@ class SilentProbes:
             silent = next(answered, None) or self._late.hear(unsolicited)
             if silent and silent.late_answer:
                 self._executions.learn(silent.probe, silent.late_answer)
+
+    async def wait_together(self, seconds: float, is_over: Callable[[], bool]) -> None:
+        """Wait for an answer to each of them, at most so many seconds from its first attempt on."""
+        now = asyncio.get_running_loop().time
+        while not is_over():
+            waiting = (silent.first_sent for silent in self if not silent.late_answer)
+            remaining = max(waiting, default=-inf) + seconds - now()
+            if remaining <= 0:
+                break
+            await asyncio.sleep(min(remaining, LOOK))
 
     def settle_all(self, health: HealthCheck, interrupted: str) -> list[SettledProbe]:
         """Return how all of them ended; a late answer may still change that, see ``wait_for_late``.

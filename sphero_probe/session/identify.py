@@ -70,11 +70,18 @@ async def read_firmware(link: Link, target: int | None) -> dict[str, str]:
     versions: dict[str, str] = {}
     row = row_for(link.codec.generation, WellKnown.VERSION)
     targets = [None if target is None else Address.from_byte(target).with_node(node).byte for node in nodes]
-    attempts = MAX_ATTEMPTS if link.answers else 1
-    exchanges = await ask_together(ask_well_known(link, WellKnown.VERSION, at, attempts) for at in targets)
+    exchanges = await ask_together(_ask_version(link, at) for at in targets)
     for name, exchange in zip(nodes.values(), exchanges, strict=True):
         fields = answer_meaning(exchange.response, row).fields if isinstance(exchange, Answered) else {}
         if row and fields:
             parts = (fields.get(part) for part in VERSION_FIELDS[row.generation])
             versions[name] = ".".join(str(part) for part in parts if part is not None)
     return versions
+
+
+async def _ask_version(link: Link, target: int | None) -> Exchange | None:
+    """Ask once, and again where something was answered meanwhile."""
+    exchange = await ask_well_known(link, WellKnown.VERSION, target, attempts=1)
+    if isinstance(exchange, Silent) and link.answers:
+        exchange = await ask_well_known(link, WellKnown.VERSION, target, MAX_ATTEMPTS - 1)
+    return exchange

@@ -11,11 +11,21 @@ class Channel:
     that has room: what arrives in an event is answered in the next one at the earliest.
     """
 
-    def __init__(self, size: int | None, interval: float | None, per_event: int) -> None:
-        """Take the bytes of a packet (None: whatever is sent), seconds between events (None: no events)."""
+    def __init__(
+        self, size: int | None, interval: float | None, per_event: int, *, seconds_per_byte: float = 0.0
+    ) -> None:
+        """Take how packets travel.
+
+        Args:
+            size: bytes of a packet; None for whatever is sent.
+            interval: seconds between connection events; None for no events.
+            per_event: packets in each event.
+            seconds_per_byte: that a byte takes where there are no events.
+        """
         self._size = size
         self._interval = interval
         self._per_event = per_event
+        self._seconds_per_byte = seconds_per_byte
         self.begin(now=0.0)
 
     def begin(self, *, now: float) -> None:
@@ -29,7 +39,8 @@ class Channel:
         """Cut bytes into packets that leave once they are ready."""
         size = self._size or max(1, len(data))
         for at in range(0, len(data), size):
-            self._under_way.append((self._arrival(ready), data[at : at + size]))
+            piece = data[at : at + size]
+            self._under_way.append((self._arrival(ready, len(piece)), piece))
 
     @property
     def due(self) -> float | None:
@@ -44,9 +55,10 @@ class Channel:
         """Lose what has not arrived by ``now``."""
         self._under_way = deque(packet for packet in self._under_way if packet[0] <= now)
 
-    def _arrival(self, ready: float) -> float:
+    def _arrival(self, ready: float, size: int) -> float:
         if self._interval is None:
-            return max(ready, self._under_way[-1][0]) if self._under_way else ready
+            begins = max(ready, self._under_way[-1][0]) if self._under_way else ready
+            return begins + size * self._seconds_per_byte
         event = max(self._event, math.floor((ready - self._anchor) / self._interval) + 1)
         while self._time(event) <= ready or (event == self._event and self._in_event == self._per_event):
             event += 1

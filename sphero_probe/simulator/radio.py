@@ -4,7 +4,8 @@ from random import Random
 from typing import Final, NamedTuple
 
 from sphero_probe.simulator.channel import Channel
-from sphero_probe.simulator.settings import Line, Settings
+from sphero_probe.simulator.measured_timing import SPLIT, round_trip
+from sphero_probe.simulator.settings import Line, Settings, Timing
 
 NOTIFICATION_BYTES: Final = 20
 """What one BLE notification or write carries at the smallest MTU, 23 bytes less 3 of its own."""
@@ -12,6 +13,8 @@ INTERVAL: Final = 0.030
 """Seconds between connection events where only their size is set."""
 PER_EVENT: Final = 4
 """Packets per event and direction where only the interval is set."""
+BITS_PER_BYTE: Final = 10
+"""Of a UART: a start bit, eight data bits and a stop bit."""
 LONGEST_HOLD: Final = 0.050
 """Seconds that an answer waits at most for the next one to overtake it."""
 
@@ -37,9 +40,13 @@ class Radio:
         if interval is None and settings.per_event is not None:
             interval = INTERVAL
         is_ble = settings.line is Line.BLE
-        size = settings.split or (NOTIFICATION_BYTES if is_ble else None)
-        self._to_robot = Channel(None if interval is None else NOTIFICATION_BYTES, interval, per_event)
-        self._to_host = Channel(size, interval, per_event)
+        is_measured = settings.timing is Timing.MEASURED
+        size = settings.split or (SPLIT if is_measured else NOTIFICATION_BYTES if is_ble else None)
+        packet = None if interval is None else NOTIFICATION_BYTES
+        per_byte = BITS_PER_BYTE / settings.baud if settings.baud else 0.0
+        self._to_robot = Channel(packet, interval, per_event, seconds_per_byte=per_byte)
+        self._to_host = Channel(size, interval, per_event, seconds_per_byte=per_byte)
+        self._timing = Random(f"{settings.seed} timing") if is_measured else None
         self._held: _Held | None = None
         self._begun = False
 
@@ -108,9 +115,12 @@ class Radio:
             self._launch(held.frame, now if overtaken else held.until)
 
     def _launch(self, frame: bytes, now: float) -> None:
+        ready = now + self._settings.latency
+        if self._timing:
+            ready += round_trip(self._timing)
         copies = 2 if self._settings.duplicate and self._down.random() < self._settings.duplicate else 1
         for _ in range(copies):
-            self._to_host.put(self._spoil(frame, self._down), ready=now + self._settings.latency)
+            self._to_host.put(self._spoil(frame, self._down), ready=ready)
 
     def _spoil(self, data: bytes, chance: Random) -> bytes:
         """Lose a packet, or change one byte of it."""

@@ -59,6 +59,13 @@ class Line(StrEnum):
     UART = "uart"
 
 
+class Timing(StrEnum):
+    """Where the time that an answer takes comes from."""
+
+    FIXED = "fixed"
+    MEASURED = "measured"
+
+
 class Hang(NamedTuple):
     """A node that stops working.
 
@@ -82,6 +89,7 @@ class Settings(NamedTuple):
         mask: devices in which a payload answers "bad length" even where no such command exists.
         claims: what 10/05 and 10/06 are worth.
         latency: seconds between hearing a command and its answer leaving.
+        timing: ``measured`` adds the round trips of a real robot to ``latency``; its bytes come one by one.
         loss: probability that a packet is lost, either way.
         corrupt: probability that one byte of a packet is changed, either way.
         duplicate: probability that a packet of the robot arrives twice.
@@ -100,6 +108,7 @@ class Settings(NamedTuple):
         split: bytes per notification, None for as many as one BLE notification holds.
         silent: (did, cid) pairs that are never answered.
         line: how the client reaches the robot.
+        baud: bits per second of a UART, either way; None for a UART that takes no time.
         unavailable: nodes for which another node answers "target unavailable".
         bad_target_from: the node that answers for nodes that do not exist; None for the one that found out.
         die: the node that hangs from some time on; None for none.
@@ -115,6 +124,7 @@ class Settings(NamedTuple):
     mask: frozenset[int] = frozenset()
     claims: Claims = Claims.TRUE
     latency: float = 0.0
+    timing: Timing = Timing.FIXED
     loss: float = 0.0
     corrupt: float = 0.0
     duplicate: float = 0.0
@@ -132,6 +142,7 @@ class Settings(NamedTuple):
     split: int | None = None
     silent: frozenset[tuple[int, int]] = frozenset()
     line: Line = Line.BLE
+    baud: int | None = None
     unavailable: frozenset[int] = frozenset()
     bad_target_from: int | None = None
     die: Hang | None = None
@@ -148,7 +159,10 @@ def parse_settings(text: str) -> Settings:
     """
     word, _, query = text.partition("?")
     values: dict[str, Any] = parse_query(query, KEYS, "fake")
-    return Settings(_model(word), **values)
+    settings = Settings(_model(word), **values)
+    if settings.baud and settings.line is not Line.UART:
+        raise UsageError("fake robot setting baud: only a UART has a baud rate", "add line=uart")
+    return settings
 
 
 def _model(word: str) -> Robot:
@@ -176,6 +190,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "mask": devices,
     "claims": one_of(Claims),
     "latency": seconds,
+    "timing": one_of(Timing),
     "loss": probability,
     "corrupt": probability,
     "duplicate": probability,
@@ -193,6 +208,7 @@ KEYS: Final[dict[str, Callable[[str], object]]] = {
     "split": whole(1, 512),
     "silent": pairs,
     "line": one_of(Line),
+    "baud": whole(300),
     "unavailable": nodes,
     "bad_target_from": node,
     "die": _hang,

@@ -16,6 +16,7 @@ from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import (
     BACKOFF,
     FIRST_TIMEOUT,
+    FIRST_WINDOW,
     GRACE,
     LONGEST_BACKOFF,
     LONGEST_TIMEOUT,
@@ -130,12 +131,12 @@ def test_the_window_is_used_and_respected(window: int) -> None:
     run(scenario())
 
 
-def test_the_window_grows_from_one_where_no_answer_is_missed() -> None:
+def test_the_window_grows_from_its_first_size_where_no_answer_is_missed() -> None:
     async def scenario() -> None:
         async with linked(after(0.25)) as (link, line):
             await ask_all(link, [BATTERY, VOLTAGE] * 150)
             at_once = list(Counter(when for when, _ in line.requests).values())
-            assert at_once[:2] == [1, 2]
+            assert at_once[0] == FIRST_WINDOW < at_once[1]
             assert at_once[:-1] == sorted(at_once[:-1])
             assert line.most_unanswered == at_once[-2] == WIDEST == link.pace(None).window
 
@@ -427,7 +428,7 @@ def test_each_node_has_its_own_pace() -> None:
             paces = [link.pace(command.target) for command in (near, far, gone)]
             assert [pace.round_trip for pace in paces] == [pytest.approx(QUICK), pytest.approx(SLOW), None]
             assert paces[0].timeout < SLOW < paces[1].timeout < paces[2].timeout == LONGEST_BACKOFF
-            assert [pace.window > 1 for pace in paces] == [True, True, False]
+            assert [pace.window > FIRST_WINDOW for pace in paces] == [True, True, False]
             assert len({id(pace) for pace in (*paces, link.pace(None))}) == 4
             assert link.pace(0x11) is paces[0]
 
@@ -731,7 +732,7 @@ def test_as_many_as_there_is_room_for_are_sent_at_once() -> None:
                 assert len(line.requests) == before + rooms[-1]
                 assert {when for when, _ in line.requests[before:]} == {began}
                 await asyncio.gather(*asking)
-            assert rooms[0] == 1
+            assert rooms[0] == FIRST_WINDOW
 
     run(scenario())
 

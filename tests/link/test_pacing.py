@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from sphero_probe.link.pacing import (
     BACKOFF,
     FIRST_TIMEOUT,
+    FIRST_WINDOW,
     GRACE,
     GRAIN,
     LONGEST_BACKOFF,
     LONGEST_TIMEOUT,
-    SHORTEST_LAST_TRY,
+    PATIENT_ROUND_TRIPS,
+    SHORTEST_PATIENCE,
     SHORTEST_TIMEOUT,
     SLOW_START,
     WIDEST,
@@ -149,7 +151,12 @@ def test_however_steady_a_robot_is_it_is_waited_for_longer(round_trip: float) ->
 
 def test_before_the_first_answer() -> None:
     pace = Pace()
-    assert (pace.timeout, pace.round_trip, pace.window, pace.in_flight) == (FIRST_TIMEOUT, None, 1, 0)
+    assert (pace.timeout, pace.round_trip, pace.window, pace.in_flight) == (
+        FIRST_TIMEOUT,
+        None,
+        FIRST_WINDOW,
+        0,
+    )
     assert pace.grace == GRACE
 
 
@@ -190,17 +197,19 @@ def test_the_window_grows_by_one_with_each_answer_at_first() -> None:
     while node.pace.window < SLOW_START:
         seen += node.answer(node.fill())
     slow = seen[: seen.index(SLOW_START) + 1]
-    assert slow == list(range(1, SLOW_START + 1))
+    assert slow == list(range(FIRST_WINDOW, SLOW_START + 1))
 
 
-def test_later_it_grows_by_one_with_each_window() -> None:
+def test_after_halving_it_grows_by_one_with_each_window() -> None:
     node = Node()
-    node.grow_to(SLOW_START)
+    node.grow_to(WIDEST)
+    node.stay_silent(node.fill(), expected=True)
+    half = node.pace.window
     seen = []
     while node.pace.window < WIDEST:
         seen += node.answer(node.fill())
     answers = seen.index(WIDEST) + 1
-    assert sum(range(SLOW_START, WIDEST)) <= answers <= sum(range(SLOW_START + 1, WIDEST + 1))
+    assert sum(range(half, WIDEST)) <= answers <= sum(range(half + 1, WIDEST + 1))
 
 
 def test_the_window_has_an_end() -> None:
@@ -212,13 +221,13 @@ def test_the_window_has_an_end() -> None:
 
 def test_a_window_that_is_not_filled_does_not_grow() -> None:
     node = Node()
-    node.grow_to(SLOW_START)
+    node.grow_to(4)
     for _ in range(WIDEST):
-        node.answer(node.send(SLOW_START - 1))
-    assert node.pace.window == SLOW_START
+        node.answer(node.send(3))
+    assert node.pace.window == 4
     for _ in range(2):
-        node.answer(node.send(SLOW_START))
-    assert node.pace.window == SLOW_START + 1
+        node.answer(node.send(4))
+    assert node.pace.window > 4
 
 
 def test_what_was_sent_after_the_window_was_full_proves_nothing() -> None:
@@ -429,10 +438,51 @@ def test_a_fixed_window_lets_the_timeout_adapt(events: list[tuple[str, int, floa
         assert (fixed.timeout, fixed.window) == (free.timeout, window)
 
 
-def test_the_last_try_gets_more_time_unless_a_timeout_was_set() -> None:
-    assert Pace().last_try_timeout == FIRST_TIMEOUT
-    quick = Pace()
-    quick.sent(0, now=0.0)
-    quick.answered(0, 0.01, now=0.01)
-    assert quick.timeout < quick.last_try_timeout == SHORTEST_LAST_TRY
-    assert Pace(timeout=0.05).last_try_timeout == 0.05
+def test_a_command_gets_some_round_trips_from_its_first_attempt_on_unless_a_timeout_was_set() -> None:
+    assert Pace().patience == FIRST_TIMEOUT
+    quick, slow = Node(), Node()
+    quick.answer(quick.send(), 0.01)
+    slow.answer(slow.send(), 0.5)
+    assert quick.pace.patience == SHORTEST_PATIENCE
+    assert slow.pace.patience == PATIENT_ROUND_TRIPS * 0.5
+    assert Pace(timeout=0.05).patience == 0.05
+
+
+def overflow(node: Node, queue: int) -> None:
+    """Lose the last command of two bursts that are one longer than a queue takes."""
+    for _ in range(2):
+        numbers = node.send(queue + 1)
+        node.answer(numbers[:-1])
+        node.stay_silent(numbers[-1:])
+        node.answer(node.send())
+        node.pace.lost(numbers[-1])
+
+
+def test_a_queue_that_overflows_gets_commands_at_equal_distances() -> None:
+    node = Node()
+    node.grow_to(4)
+    overflow(node, 3)
+    pace = node.pace
+    assert (pace.is_spaced, pace.window) == (True, 3)
+    (number,) = node.send()
+    assert pace.round_trip is not None
+    assert pace.ready_at == pytest.approx(node.now + pace.round_trip / 3)
+    assert pace.crowd(number).is_spaced
+
+
+def test_only_what_was_sent_into_too_many_is_excused() -> None:
+    node = Node()
+    node.grow_to(4)
+    early = node.send(4)
+    node.answer(early)
+    overflow(node, 3)
+    assert [node.pace.overflows(node.pace.crowd(number)) for number in early] == [False, False, False, True]
+    assert not node.pace.overflows(node.pace.crowd(node.send()[0]))
+
+
+def test_commands_that_are_not_lost_are_sent_as_soon_as_there_is_a_place() -> None:
+    node = Node()
+    node.grow_to(WIDEST)
+    node.stay_silent(node.fill())
+    assert not node.pace.is_spaced
+    assert node.pace.ready_at <= node.now

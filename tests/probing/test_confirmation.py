@@ -67,6 +67,36 @@ def test_a_later_check_that_passes_first_makes_the_earlier_one_needless() -> Non
     assert [confirmations.needs(check) for check in (first, second, third)] == [False, False, True]
 
 
+def test_a_later_probe_that_is_called_absent_answers_the_question_that_was_not_sent() -> None:
+    confirmations = NodeConfirmations()
+    first = settled(prepared(1))
+    confirmations.answer(first, confirmations.checks)
+    check = confirmations.send(1, wants_absent=True)
+    assert confirmations.passed(check) == NOTHING
+    assert confirmations.absent(check - 1) == NOTHING  # sent before the check: it proves nothing
+    assert confirmations.absent(check) == Confirmed([first], [])
+    assert not confirmations.wants_absent
+    assert not confirmations.needs(check)
+
+
+def test_a_probe_that_is_called_absent_does_not_replace_the_echo() -> None:
+    confirmations = NodeConfirmations()
+    first = settled(prepared(1))
+    confirmations.answer(first, confirmations.checks)
+    check = confirmations.send(1, wants_absent=True)
+    assert confirmations.absent(check) == NOTHING
+    assert confirmations.needs(check)
+    assert confirmations.passed(check) == Confirmed([first], [])
+
+
+def test_a_check_with_both_questions_confirms_one_that_still_waits() -> None:
+    confirmations = NodeConfirmations()
+    first = settled(prepared(1))
+    confirmations.answer(first, confirmations.checks)
+    assert confirmations.passed(confirmations.send(1, wants_absent=True)) == NOTHING
+    assert confirmations.passed(confirmations.send(2), 2) == Confirmed([first], [])
+
+
 def test_an_earlier_check_leaves_the_later_one() -> None:
     confirmations = NodeConfirmations()
     early, late = settled(prepared(1)), settled(prepared(2))

@@ -20,6 +20,7 @@ from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Out
 from sphero_probe.probing.oneshot import send_once, stop_motors
 from sphero_probe.probing.plan import Plan, Probe, Stage, sweep
 from sphero_probe.probing.profiles import NodeProfile, Strictness
+from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Response, Role
@@ -403,6 +404,10 @@ def test_motors_are_stopped_where_motion_was_allowed() -> None:
     assert set(robot_executed[0].payload) == {0}
 
 
+async def nothing_more() -> None:
+    pass
+
+
 def test_calibration_shows_its_evidence() -> None:
     robot = FakeRobot(parse_settings("bolt-plus"))
 
@@ -410,7 +415,10 @@ def test_calibration_shows_its_evidence() -> None:
         codec = CODECS[robot.model.generation]
         policy = Policy(codec.generation, robot.model, DEFAULT, ())
         async with Link(FakeTransport(robot), codec, policy) as link:
-            return await Calibration(Reconnector(link, PRIMARY), PRIMARY).measure()
+            calibration = Calibration(Reconnector(link, PRIMARY), PRIMARY, LossEstimate())
+            assert await calibration.measure(nothing_more)
+            await calibration.finish()
+            return calibration.profile()
 
     profile = run_on_virtual_clock(work())
     assert [(step.wanted, step.said) for step in profile.steps] == [

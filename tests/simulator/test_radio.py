@@ -1,4 +1,5 @@
 from collections import Counter
+from statistics import median, quantiles
 from typing import Any
 
 import pytest
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.simulator.radio import INTERVAL, LONGEST_HOLD, NOTIFICATION_BYTES, PER_EVENT, Radio
-from sphero_probe.simulator.settings import Settings
+from sphero_probe.simulator.settings import Line, Settings, Timing
 from tests.support.narrowing import known
 
 BOLT = ROBOTS["bolt"]
@@ -234,3 +235,40 @@ def test_a_drop_loses_what_is_in_the_air() -> None:
     radio.send(b"old", now=1.0)
     radio.connect(now=2.0)
     assert radio.next_time() is None
+
+
+def test_measured_round_trips_are_those_of_the_capture() -> None:
+    """Independent: the figures of the capture, in milliseconds, as they were counted there."""
+    radio = Radio(Settings(BOLT, timing=Timing.MEASURED))
+    took = []
+    for second in range(2000):
+        radio.send(b"ab", now=float(second))
+        arrived = known(radio.next_time())
+        assert radio.receive(now=second + 0.5) == [b"a", b"b"]  # byte by byte
+        took.append((arrived - second) * 1000)
+    tenths = quantiles(took, n=10)
+    assert 18.3 <= min(took) <= max(took) <= 71.0
+    assert median(took) == pytest.approx(38.8, abs=1.0)
+    assert tenths[0] == pytest.approx(24.7, abs=2.0)
+    assert tenths[-1] == pytest.approx(53.0, abs=2.5)
+
+
+def test_measured_answers_stay_in_order() -> None:
+    radio = Radio(Settings(BOLT, timing=Timing.MEASURED))
+    for frame in FRAMES:
+        radio.send(frame[:1], now=0.0)
+    assert b"".join(radio.receive(now=1.0)) == bytes(range(len(FRAMES)))
+
+
+@pytest.mark.parametrize("baud", [9600, 115_200])
+def test_a_uart_takes_ten_bits_for_a_byte(baud: int) -> None:
+    radio = Radio(Settings(BOLT, line=Line.UART, baud=baud))
+    radio.carry(bytes(18), now=1.0)
+    radio.carry(bytes(6), now=1.0)
+    assert radio.due == pytest.approx(1.0 + 180 / baud)
+    assert radio.take() == bytes(18)
+    assert radio.due == pytest.approx(1.0 + 240 / baud)
+    radio.send(bytes(12), now=2.0)
+    assert radio.next_time() == pytest.approx(1.0 + 240 / baud)
+    radio.take()
+    assert radio.next_time() == pytest.approx(2.0 + 120 / baud)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.errors import UsageError
 from sphero_probe.simulator import Claims, Settings, Strict, parse_settings
-from sphero_probe.simulator.settings import KEYS, Overflow
+from sphero_probe.simulator.settings import KEYS, Line, Overflow, Timing
 
 BOLT = ROBOTS["bolt"]
 
@@ -53,6 +53,10 @@ BOLT = ROBOTS["bolt"]
             id="trouble",
         ),
         pytest.param("bolt?split=1", Settings(BOLT, split=1), id="split"),
+        pytest.param("bolt?timing=measured", Settings(BOLT, timing=Timing.MEASURED), id="measured"),
+        pytest.param(
+            "bolt?line=uart&baud=9600", Settings(BOLT, line=Line.UART, baud=9600), id="UART with a baud rate"
+        ),
         pytest.param(
             "bolt?truth=/a/t.jsonl&ledger=a%26b",
             Settings(BOLT, truth="/a/t.jsonl", ledger="a&b"),
@@ -74,6 +78,9 @@ def test_settings_are_read(text: str, expected: Settings) -> None:
         pytest.param("bolt?zzz=1", ["'zzz'", "seed", "ledger"], id="key, nothing near"),
         pytest.param("bolt?Seed=1", ["did you mean seed?"], id="key in upper case"),
         pytest.param("bolt?seed=1&seed=1", ["seed", "twice"], id="key twice"),
+        pytest.param("bolt?baud=9600", ["baud", "UART"], id="baud rate of a radio"),
+        pytest.param("bolt?line=uart&baud=1", ["baud=1", "from 300"], id="baud rate too low"),
+        pytest.param("bolt?timing=guessed", ["fixed, measured"], id="timing that is none"),
         pytest.param("bolt?latency=15", ["latency", "unit", "15ms"], id="time without a unit"),
         pytest.param("bolt?latency=0", ["latency", "unit"], id="zero without a unit"),
         pytest.param("bolt?latency=5h", ["latency=5h", "15ms"], id="unit that is none"),
