@@ -39,7 +39,8 @@ class Row(NamedTuple):
     Attributes:
         type: which keys ``data`` has: ``run``, ``finding``, ``note``, ``summary``, ``robot``, ``packet``,
             ``command``, ``difference``, ``library``, ``led``, ``planned``, ``plan``, ``code``, ``fact``,
-            ``check``, ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``, ``sample``.
+            ``check``, ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``,
+            ``sample``.
         data: the values, in the order in which they are written.
         shared: the part of ``data`` that is the same object for many rows, so that a format writes it once;
             empty where there is none.
