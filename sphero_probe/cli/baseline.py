@@ -1,4 +1,4 @@
-"""Compares a run with the baseline that ``--baseline`` names, and writes the baseline."""
+"""Checks a run: compares it with its baseline, which it may write, and looks for unwanted outcomes."""
 
 import os
 import sys
@@ -7,15 +7,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from sphero_probe.catalogue.naming import choose
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
-from sphero_probe.cli.values import BaselineOptions, Output
+from sphero_probe.cli.values import CheckOptions, Output
 from sphero_probe.errors import BadInputFileError, OutputError, SpheroProbeError, UsageError
-from sphero_probe.probing.finding import Finding, Heading, Record, Summary
+from sphero_probe.probing.finding import Finding, Heading, Outcome, Record, Summary
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.reports.diff_rows import DIFFERENCES, count_row, diff_row, diff_rows, difference_row, ending
 from sphero_probe.reports.diff_rows import warnings as diff_warnings
 from sphero_probe.reports.diff_sections import line, robot_of
+from sphero_probe.reports.phrases import counted_outcome
 from sphero_probe.reports.registry import Report, Style, open_report
 from sphero_probe.reports.rows import Row, finding_row, heading_row, summary_row
 from sphero_probe.reports.views import FINDINGS
@@ -25,18 +27,19 @@ from sphero_probe.runs.sides import Side, observation_of, run_side
 
 _SUFFIXES: Final = {".json": "json", ".jsonl": "jsonl"}
 _PAGES: Final = ("table", "md")
+_INCOMPLETE: Final = "incomplete"
 _LINES: Final = 20
 """Differences that standard error lists at most."""
 
 
 class Baseline:
-    """The baseline of one run.
+    """What one run is checked against: its baseline, and the outcomes that must not occur.
 
     Attributes:
         diff: how the run differs from it, None before that is known, or where there is no baseline yet.
     """
 
-    def __init__(self, options: BaselineOptions) -> None:
+    def __init__(self, options: CheckOptions) -> None:
         """Read the baseline, before anything is sent.
 
         Raises:
@@ -46,6 +49,9 @@ class Baseline:
         """
         self.diff: Diff | None = None
         self._file, self._update = options.file, options.update
+        self._fail_on = (
+            tuple(_outcome(word) for word in options.fail_on.split(",")) if options.fail_on else ()
+        )
         self._side: Side | None = None
         self._heading: Heading | None = None
         self._findings: list[Finding] = []
@@ -110,6 +116,22 @@ class Baseline:
                 "if they are right, accept them with --baseline-update",
             )
 
+    def judge(self) -> None:
+        """Look for outcomes that must not occur; for a run that has ended.
+
+        Raises:
+            SpheroProbeError: one occurs, or the run is incomplete and must not be; exit code 1.
+        """
+        counts = self._summary.counts if self._summary else {}
+        complete = self._summary is not None and self._summary.complete
+        found = [
+            f"{counts.get(word, 0)} {counted_outcome(word.value)}" if word else "the run is incomplete"
+            for word in self._fail_on
+            if (counts.get(word) if word else not complete)
+        ]
+        if found:
+            raise SpheroProbeError(f"failed by --fail-on: {', '.join(found)}")
+
     def keep(self) -> None:
         """Say that an incomplete run is not written as the baseline, if that was asked for."""
         if self._update:
@@ -137,6 +159,17 @@ class Baseline:
         if len(self.diff.differences) > _LINES:
             say(f"and {len(self.diff.differences) - _LINES} more")
         say(f"baseline: {ending(count_row(self.diff).data)}")
+
+
+def _outcome(word: str) -> Outcome | None:
+    """Return the outcome that a word names, None for ``incomplete``.
+
+    Raises:
+        UsageError: it names none.
+    """
+    known = {counted_outcome(one.value): one for one in Outcome} | {one.value: one for one in Outcome}
+    word = choose(word.strip().lower(), [*known, _INCOMPLETE], "outcome")
+    return known.get(word)
 
 
 def _write(path: Path, rows: Sequence[Row]) -> None:

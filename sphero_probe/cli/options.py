@@ -208,7 +208,7 @@ def journal_options(function: Function, *, resume: bool = False) -> Function:
         "--resume",
         "journal_resume",
         metavar="RUN",
-        help='Resume an interrupted run: a journal file, a run name, or "last".',
+        help='Resume an interrupted run: a journal file, a run name, or "last", the last unfinished one.',
         shell_complete=offer("runs"),
     )
     return gather(

@@ -51,7 +51,7 @@ def run_plan(
 
     Raises:
         SpheroProbeError: the robot cannot be reached, the link was lost, or a complete run differs from its
-            baseline.
+            baseline, or has an outcome that it must not have.
         InterruptedRunError: a signal ended the run.
         IncompleteError: part of the plan has no result for another reason; the message names it.
     """
@@ -92,6 +92,7 @@ def run_plan(
     with resume_hint(journal, connecting, consent):
         run_interruptible(interrupts, work())
         baseline.show(output)
+        baseline.judge()
         if not complete:
             baseline.keep()
             raise IncompleteError(ending.message())

@@ -12,7 +12,8 @@ SECTIONS: Final = {
     "flags": "Flags of the packet",
     "connecting": "Robot and link",
     "journal": "Journal",
-    "baseline": "Baseline",
+    "baseline": "Checks",
+    "fail": "Checks",
     "chosen": "Which runs",
     "output": "Output",
 }

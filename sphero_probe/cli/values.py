@@ -139,16 +139,18 @@ class JournalOptions(NamedTuple):
     resume: str | None = None
 
 
-class BaselineOptions(NamedTuple):
-    """What a run is compared with.
+class CheckOptions(NamedTuple):
+    """What a run must come up to.
 
     Attributes:
-        file: an earlier run, None for nothing.
+        file: an earlier run to compare it with, None for nothing.
         update: write the run to that file.
+        fail_on: outcomes that must not occur, or ``incomplete``, separated by commas; None for none.
     """
 
     file: str | None = None
     update: bool = False
+    fail_on: str | None = None
 
 
 class Output(NamedTuple):

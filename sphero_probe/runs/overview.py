@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -10,6 +11,7 @@ from sphero_probe.probing.finding import Heading, Outcome, Summary
 from sphero_probe.runs.decode import Entry, Opening, decode
 from sphero_probe.runs.fields import parse
 from sphero_probe.runs.reader import Recorded, check_size, open_to_read, read_journal, why
+from sphero_probe.runs.store import journal_files
 
 _HEAD: Final = 1 << 13
 _TAIL: Final = 1 << 12
@@ -55,6 +57,25 @@ def read_overview(path: Path) -> Overview:
     finally:
         os.close(descriptor)
     return _from_ends(path, head, tail) or _from_all(read_journal(path))
+
+
+def last_to_resume(command: str) -> Path | None:
+    """Return the journal of the last unfinished run of a command; if all are finished, that of the last one.
+
+    Journals that cannot be read are left out. None if there is no run of the command.
+
+    Args:
+        command: the command that the run must be of: ``sweep``, ``discover``.
+    """
+    finished = None
+    for path in journal_files():
+        with suppress(BadInputFileError):
+            run = read_overview(path)
+            if run.opening and run.opening.command == command:
+                if not run.complete:
+                    return path
+                finished = finished or path
+    return finished
 
 
 def _from_ends(path: Path, head: bytes, tail: bytes) -> Overview | None:

@@ -24,7 +24,8 @@ from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import PreviousResults
 from sphero_probe.runs.decode import Opening, digest_of
 from sphero_probe.runs.journal import Journal, check_same_robot
-from sphero_probe.runs.store import create_journal, find_journal
+from sphero_probe.runs.overview import last_to_resume
+from sphero_probe.runs.store import LAST, create_journal, find_journal
 from sphero_probe.transports.base import Connection
 
 
@@ -76,7 +77,8 @@ class RunJournal:
         if file is not None:
             self.journal = Journal.create(Path(file))
         elif resume is not None:
-            self.journal = Journal.reopen(find_journal(resume))
+            last = last_to_resume(self.command) if resume == LAST else None
+            self.journal = Journal.reopen(last or find_journal(resume))
             if self.opening and self.opening.command != self.command:
                 self.__exit__()
                 raise BadInputFileError(

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from sphero_probe.runs.store import runs_folder
 from tests.support.cli import Cli
 
 
@@ -78,3 +79,56 @@ def test_a_closed_stream_is_no_bug(line: str, code: int, said: str, tmp_path: ob
     assert said in ran.stderr
     assert "Traceback" not in ran.stderr
     assert "bug" not in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "fake", "code", "said"),
+    [
+        pytest.param("silent,inconclusive,incomplete", "", 0, "", id="none-occurs"),
+        pytest.param("silent", "?silent=0x13:0x10", 1, "1 silent", id="silent"),
+        pytest.param("inconclusive", "?mask=1", 1, "inconclusive", id="inconclusive"),
+        pytest.param("blocked", "", 1, "14 blocked", id="blocked"),
+        pytest.param("silnt", "", 2, "did you mean 'silent'", id="unknown"),
+    ],
+)
+def test_a_ci_job_fails_on_what_must_not_occur(cli: Cli, words: str, fake: str, code: int, said: str) -> None:
+    ran = cli("sweep", "--did", "0x13", "--device", f"fake:bolt-plus{fake}", "--fail-on", words)
+    assert ran.code == code
+    assert said in ran.err
+
+
+def test_a_ci_job_fails_on_an_incomplete_run(cli: Cli) -> None:
+    sweep = (
+        "sweep",
+        "--did",
+        "0x16",
+        "--cid",
+        "0-9",
+        "--target",
+        "secondary",
+        "-d",
+        "fake:rvr?unavailable=2",
+    )
+    assert cli(*sweep).code == 5
+    ran = cli(*sweep, "--fail-on", "incomplete")
+    assert ran.code == 1
+    assert "the run is incomplete" in ran.err
+
+
+def test_resume_last_takes_the_last_unfinished_run(cli: Cli) -> None:
+    device = ("--device", "fake:bolt-plus")
+    assert cli("sweep", "--did", "0x13", *device).code == 0
+    (journal,) = runs_folder().iterdir()
+    journal.write_bytes(b"".join(journal.read_bytes().splitlines(keepends=True)[:200]))
+    assert cli("sweep", "--did", "0x11", *device).code == 0
+    assert cli("send", "power.wake", *device).code == 0
+
+    def resumed() -> set[str]:
+        ran = cli("sweep", "--resume", "last", *device)
+        assert ran.code == 0, ran.err
+        return {line.split("\t")[3] for line in ran.out.splitlines()}
+
+    assert resumed() == {"0x13"}
+    assert cli("sweep", "--did", "0x10", *device).code == 0
+    assert cli("send", "power.wake", *device).code == 0
+    assert resumed() == {"0x10"}  # none is unfinished: the last of this command

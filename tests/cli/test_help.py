@@ -34,7 +34,7 @@ def test_the_exit_codes_are_those_of_the_exceptions() -> None:
     [
         pytest.param(
             "sweep",
-            ["Options", "What to ask", "Consent", "Robot and link", "Journal", "Baseline", "Output"],
+            ["Options", "What to ask", "Consent", "Robot and link", "Journal", "Checks", "Output"],
             id="sweep",
         ),
         pytest.param(

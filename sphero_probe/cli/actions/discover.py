@@ -7,7 +7,7 @@ from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.evidence_hint import suggest_evidence
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.run import run_plan
-from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.open_questions import is_known_firmware
@@ -19,7 +19,7 @@ from sphero_probe.session.commands import node
 
 def discover(
     output: Output,
-    baseline: BaselineOptions,
+    checks: CheckOptions,
     journal: JournalOptions,
     connecting: ConnectOptions,
     asking: AskOptions,
@@ -32,7 +32,7 @@ def discover(
 
     Args:
         output: where and how to report.
-        baseline: what to compare the run with.
+        checks: what the run must come up to.
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and of which node.
@@ -49,12 +49,12 @@ def discover(
     if asking.dry_run:
         if journal.resume:
             raise UsageError("--dry-run cannot be combined with --resume")
-        if baseline.file:
+        if checks.file:
             raise UsageError("--dry-run cannot be combined with --baseline")
         consent = Consent.of(asking.allow, asking.confirm)
         show_dry_run(output, _plan(connecting.device, target, options), place, consent, target)
         return
-    compared = Baseline(baseline)
+    compared = Baseline(checks)
     with run_journal("discover", journal) as kept:
         if kept.opening and not (did or lengths or values):
             options = dict(kept.opening.options)

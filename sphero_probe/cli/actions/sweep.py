@@ -10,7 +10,7 @@ from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.parse import hex_bytes
 from sphero_probe.cli.run import run_plan
-from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.plan import Plan
@@ -45,7 +45,7 @@ class SweepOptions(NamedTuple):
 
 def sweep(
     output: Output,
-    baseline: BaselineOptions,
+    checks: CheckOptions,
     journal: JournalOptions,
     connecting: ConnectOptions,
     asking: AskOptions,
@@ -55,7 +55,7 @@ def sweep(
 
     Args:
         output: where and how to report.
-        baseline: what to compare the run with.
+        checks: what the run must come up to.
         journal: which journal to keep.
         connecting: which robot.
         asking: what is allowed, and of which node.
@@ -68,13 +68,13 @@ def sweep(
     if asking.dry_run:
         if journal.resume:
             raise UsageError("--dry-run cannot be combined with --resume")
-        if baseline.file:
+        if checks.file:
             raise UsageError("--dry-run cannot be combined with --baseline")
         plan, _ = _plan(place, options)
         target = node(asking.target, model_behind(place), port_behind(place))
         show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
         return
-    compared = Baseline(baseline)
+    compared = Baseline(checks)
     with run_journal("sweep", journal) as kept:
         if journal.resume and not any(options):
             plan, kept.options = _plan_of_before(place, kept)

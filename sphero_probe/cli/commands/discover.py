@@ -4,7 +4,7 @@ from functools import partial
 
 import click
 
-from sphero_probe.cli.baseline_options import baseline_options
+from sphero_probe.cli.check_options import check_options
 from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.options import (
     asking_options,
@@ -13,7 +13,7 @@ from sphero_probe.cli.options import (
     output_options,
 )
 from sphero_probe.cli.strict import StrictCommand
-from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, JournalOptions, Output
 
 
 @click.command("discover", cls=StrictCommand)
@@ -25,7 +25,7 @@ from sphero_probe.cli.values import AskOptions, BaselineOptions, ConnectOptions,
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
-@baseline_options
+@check_options
 @partial(output_options, detail=True)
 def command(
     output: Output,
@@ -37,6 +37,7 @@ def command(
     values: bool,
     baseline: str | None,
     baseline_update: bool,
+    fail_on: str | None,
 ) -> None:
     """Map a whole robot: its firmware, its nodes, its devices, every command of each.
 
@@ -51,7 +52,7 @@ def command(
 
     discover(
         output,
-        BaselineOptions(baseline, baseline_update),
+        CheckOptions(baseline, baseline_update, fail_on),
         journal,
         connecting,
         asking,

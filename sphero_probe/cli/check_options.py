@@ -1,4 +1,4 @@
-"""The options that compare a run with an earlier one.
+"""The options that check a run: against an earlier one, and for outcomes that must not occur.
 
 ``--help`` imports this module, so it imports nothing but click.
 """
@@ -11,6 +11,11 @@ import click
 from sphero_probe.cli.complete.lazily import offer
 
 _OPTIONS: Final = (
+    click.option(
+        "--fail-on",
+        metavar="OUTCOMES",
+        help="Exit with 1 if one occurs: silent, inconclusive, absent, blocked, or the run is incomplete.",
+    ),
     click.option(
         "--baseline-update",
         is_flag=True,
@@ -25,8 +30,8 @@ _OPTIONS: Final = (
 )
 
 
-def baseline_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command ``--baseline`` and ``--baseline-update``, as parameters of these names."""
+def check_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command ``--baseline``, ``--baseline-update`` and ``--fail-on``, as parameters so called."""
     for option in _OPTIONS:
         function = option(function)
     return function
