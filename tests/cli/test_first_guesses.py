@@ -98,17 +98,7 @@ def test_a_ci_job_fails_on_what_must_not_occur(cli: Cli, words: str, fake: str, 
 
 
 def test_a_ci_job_fails_on_an_incomplete_run(cli: Cli) -> None:
-    sweep = (
-        "sweep",
-        "--did",
-        "0x16",
-        "--cid",
-        "0-9",
-        "--target",
-        "secondary",
-        "-d",
-        "fake:rvr?unavailable=2",
-    )
+    sweep = ("sweep", "--did", "drive", "--target", "secondary", "--device", "fake:rvr?unavailable=2")
     assert cli(*sweep).code == 5
     ran = cli(*sweep, "--fail-on", "incomplete")
     assert ran.code == 1
