@@ -21,6 +21,10 @@ _SIGNS: Final = {
     NOT_ASKED: ".",
 }
 """The first word of a state -> its sign; every other state has no sign."""
+_WIDE: Final = 4
+"""Robots above which a table shows signs under numbers, with a legend."""
+_MOST: Final = 14
+"""Robots that such a table shows at most."""
 _STRENGTH: Final = (Outcome.EXISTS.value, Outcome.ABSENT.value, Outcome.SILENT.value)
 """States by what they prove, the strongest first."""
 
@@ -60,6 +64,8 @@ class Matrix:
     def view(self) -> View:
         """The view of the matrix: one column per robot and firmware."""
         titles = sorted(self._columns)
+        many = len(titles) > _WIDE
+        listed = titles[:_MOST] if many else titles
         return View(
             "matrix",
             (
@@ -69,9 +75,15 @@ class Matrix:
                 *record_only("differs"),
                 table_only("Differs", lambda data: "yes" if data.get("differs") else ""),
                 *(Column(title, title, partial(_state, title), Place.RECORD) for title in titles),
-                *(table_only(title, partial(_signed, title)) for title in titles),
+                *(
+                    table_only(str(number), partial(_sign, title), whole=True)
+                    if many
+                    else table_only(title, partial(_signed, title))
+                    for number, title in enumerate(listed, 1)
+                ),
             ),
             "No run has asked this.",
+            legend=lambda _: _legend(listed, len(titles)) if many else (),
         )
 
     def rows(self) -> list[Row]:
@@ -97,6 +109,19 @@ def is_had(row: Row) -> bool:
 def column_title(model: str, firmware: Mapping[str, str]) -> str:
     """Return the title of a robot's column: its model and the versions of its nodes."""
     return " ".join(filter(None, (model or "unknown model", "/".join(dict.fromkeys(firmware.values())))))
+
+
+def _legend(listed: list[str], total: int) -> list[str]:
+    """Return what the numbers and signs of a wide matrix stand for; the lines sort in this order."""
+    signs = ", ".join(f"{sign} {word}" for word, sign in _SIGNS.items())
+    lines = [f"{number:>3}  {title}" for number, title in enumerate(listed, 1)]
+    more = f"and {total - len(listed)} more robots: choose some with --model, or write all with --format csv"
+    return [f"     {signs}", *lines, *([more] if total > len(listed) else [])]
+
+
+def _sign(title: str, data: Data) -> str:
+    state = _state(title, data)
+    return _SIGNS.get(_word(state), state)
 
 
 def _state(title: str, data: Data) -> str:

@@ -116,7 +116,7 @@ class TerminalWriter:
         room -= sum(needs[at] for at in whole)
         foldable = sorted(set(range(len(shapes))).difference(whole), key=lambda at: needs[at])
         for rank, at in enumerate(foldable):
-            needs[at] = min(needs[at], room // (len(foldable) - rank))
+            needs[at] = max(1, min(needs[at], room // (len(foldable) - rank)))
             room -= needs[at]
         return needs
 

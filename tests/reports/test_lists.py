@@ -11,7 +11,9 @@ from sphero_probe.probing.dry_run import PlannedProbe
 from sphero_probe.protocol.packets import Command, Malformed, Request, Response
 from sphero_probe.reports import views
 from sphero_probe.reports.address_phrases import other_nodes
+from sphero_probe.reports.matrix import Matrix
 from sphero_probe.reports.rows import (
+    Row,
     command_row,
     finding_row,
     packet_row,
@@ -181,3 +183,30 @@ def test_the_environment_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
     }.items():
         monkeypatch.setenv(name, value)
     assert (rendered("table", RUN, color=True), rendered("table", RUN)) == before
+
+
+@pytest.mark.parametrize("robots", [5, 14, 40])
+def test_a_matrix_of_many_robots_has_signs_and_a_legend(robots: int) -> None:
+    matrix = Matrix()
+    for number in range(robots):
+        state = ("exists", "absent", "silent", "blocked")[number % 4]
+        finding = {"did": 0x13, "cid": 0x0D, "name": "power.wake", "state": state}
+        matrix.add(f"Sphero BOLT {number:02}", [finding])
+    lines = rendered("table", matrix.rows(), matrix.view, width=80).splitlines()
+    assert max(map(len, lines)) <= 80
+    row = next(line for line in lines if line.startswith("0x13:0x0d"))
+    assert row.split()[3:] == list("+-~x" * 4)[: min(robots, 14)]
+    legend = lines[lines.index("") + 1 :]
+    assert "+ exists, - absent" in legend[0]
+    assert [line.split(None, 1)[1] for line in legend[1:15]][:robots] == [
+        f"Sphero BOLT {number:02}" for number in range(min(robots, 14))
+    ]
+    assert ("more robots" in legend[-1]) is (robots > 14)
+
+
+def test_a_table_of_very_many_columns_does_not_fail() -> None:
+    columns = tuple(views.both(f"column {number}") for number in range(60))
+    view = views.View("x", columns, "")
+    row = Row("x", {column.key: "words and more words" for column in columns})
+    shown = rendered("table", [row], view, width=60)
+    assert max(map(cell_len, shown.splitlines())) <= 60
