@@ -9,12 +9,10 @@ from weakref import ReferenceType, ref
 
 from sphero_probe.api.notifications import Dispatcher
 from sphero_probe.api.result import Run
-from sphero_probe.errors import LinkLostError
-from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
-from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.probing.plan import Plan
 from sphero_probe.runs.resume import RunJournal
+from sphero_probe.runs.running import engine_for, records_of
 from sphero_probe.session.session import Session
 
 
@@ -167,22 +165,12 @@ class RunningPlan:
             with keeper:
                 target = None if asked.target is None else f"0x{asked.target:02x}"
                 keeper.begin(session.connection, asked.plan, session.link.policy.consent, target)
-                engine = Engine(
-                    *(asked.plan, session.link, session.connection.name, asked.target, self._stop),
-                    recorder=keeper,
-                    reconnect=session.reconnect,
-                    line=session.connection.line,
-                    on_step=session.on_step,
-                )
-                try:
-                    async with aclosing(engine.records()) as records:  # type: ignore[type-var]
-                        async for record in records:
-                            self._keep(record)
-                            if wanted(record):
-                                yield record
-                finally:
-                    with suppress(LinkLostError):
-                        await stop_motors(session.link, asked.target)
+                engine = engine_for(asked.plan, session, asked.target, self._stop, keeper)
+                async with aclosing(records_of(engine, session)) as records:
+                    async for record in records:
+                        self._keep(record)
+                        if wanted(record):
+                            yield record
         finally:
             self._runs.end()
 

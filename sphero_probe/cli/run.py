@@ -3,7 +3,7 @@
 import sys
 from asyncio import Event
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import aclosing, contextmanager
 
 from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.connect import connect
@@ -14,19 +14,19 @@ from sphero_probe.cli.overview import overview
 from sphero_probe.cli.remarks import RemarkingRecorder
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
-from sphero_probe.errors import IncompleteError, LinkLostError
+from sphero_probe.errors import IncompleteError
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
-from sphero_probe.probing.oneshot import stop_motors
 from sphero_probe.probing.plan import Plan
-from sphero_probe.probing.recorder import NullRecorder, PreviousResults
+from sphero_probe.probing.recorder import NullRecorder
 from sphero_probe.reports.registry import PAGES
 from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.reports.streams import takes_unicode, wants_color
 from sphero_probe.reports.views import FINDINGS
 from sphero_probe.runs.resume import RunJournal
+from sphero_probe.runs.running import engine_for, records_of
 from sphero_probe.session.commands import node
 from sphero_probe.session.session import Session
 
@@ -72,8 +72,8 @@ def run_plan(
                 report(output, FINDINGS) as rows,
                 progress(plan.name, output) as advance,
             ):
-                try:
-                    async for record in run.records():
+                async with aclosing(records_of(run, session)) as records:
+                    async for record in records:
                         row = row_of(record)
                         ending.add(row)
                         rows.add(row)
@@ -84,10 +84,7 @@ def run_plan(
                         if isinstance(record, Finding):
                             advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
-                    baseline.compare(run.findings, session.link.codec, rows)
-                finally:
-                    with suppress(LinkLostError):
-                        await stop_motors(session.link, run.target)
+                baseline.compare(run.findings, session.link.codec, rows)
 
     with resume_hint(journal, connecting, consent):
         run_interruptible(interrupts, work())
@@ -125,14 +122,9 @@ def start_run(
     connection = session.connection
     stop = Event()
     interrupts.stop_politely(stop)
-    address = node(target, connection.robot, connection.port)
-    return Engine(
-        *(plan, session.link, connection.name, address, stop),
+    return engine_for(
+        *(plan, session, node(target, connection.robot, connection.port), stop, journal),
         recorder=RemarkingRecorder(journal or NullRecorder(), session.link.events),
-        earlier=journal.earlier if journal else PreviousResults(),
-        reconnect=session.reconnect,
-        line=connection.line,
-        on_step=session.on_step,
     )
 
 

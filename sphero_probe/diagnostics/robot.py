@@ -6,14 +6,14 @@ from time import monotonic
 from typing import Final
 
 from sphero_probe.catalogue.gatt_services import list_services
-from sphero_probe.catalogue.well_known import FACTS, WellKnown, row_for
+from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.errors import SpheroProbeError
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import FIRST_TIMEOUT
 from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.probing.facts import Fact, facts_of, probes_of
+from sphero_probe.probing.facts import BATTERY as BATTERY_READS
+from sphero_probe.probing.facts import Fact, ask_facts
 from sphero_probe.probing.latency import RoundTrips, measure_round_trips
-from sphero_probe.probing.oneshot import send_once
 from sphero_probe.protocol import CODECS
 from sphero_probe.reports.checks import Look, State, Tell
 from sphero_probe.reports.phrases import measured
@@ -24,7 +24,6 @@ from sphero_probe.transports.registry import open_transport
 
 _ATT_HEADER: Final = 3
 """Bytes of the MTU that a write does not carry [Bluetooth Core 5.2, Vol 3 Part F, 3.4.5.3]."""
-_BATTERY: Final = ("power.get_battery_percentage", "power.get_battery_voltage_state", "core.get_power_state")
 _WORD: Final = re.compile(r"[,:]")
 """Ends the name of a step: ``connect, attempt 2``."""
 _UNTOLD: Final = "not reported by the robot"
@@ -129,8 +128,9 @@ async def _converse(tell: Tell, connection: Connection, timeout: float, tolerate
                 tell(name, Look(State.SKIPPED, "the robot does not answer"))
             return
         version = row_for(connection.generation, WellKnown.VERSION)
-        tell(FIRMWARE, _firmware(await _facts(link, connection, version.name if version else "")))
-        tell(BATTERY, _battery(await _facts(link, connection, *_BATTERY)))
+        names = (version.name,) if version else ()
+        tell(FIRMWARE, _firmware(await ask_facts(link, robot, connection.port, names)))
+        tell(BATTERY, _battery(await ask_facts(link, robot, connection.port, BATTERY_READS)))
 
 
 def _connection(connection: Connection, taken: str) -> Look:
@@ -191,18 +191,3 @@ def _battery(facts: list[Fact]) -> Look:
     fix = "charge it: a weak battery drops the link" if weak else ""
     seen = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in said.items())
     return Look(State.WARN if weak else State.OK, seen, fix)
-
-
-async def _facts(link: Link, connection: Connection, *names: str) -> list[Fact]:
-    """Ask for some of the facts of ``info``.
-
-    Raises:
-        LinkLostError: the robot is gone.
-    """
-    robot = connection.robot
-    known = [name for name in FACTS[connection.generation] if name in names]
-    told: list[Fact] = []
-    for number, probe in enumerate(probes_of(known, connection.generation, robot, connection.port), 1):
-        finding = await send_once(link, probe.command, number)
-        told.extend(facts_of(finding, robot))
-    return told

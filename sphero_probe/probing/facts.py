@@ -1,19 +1,24 @@
 """Read facts about a robot, such as its battery level: commands to send, and the facts in their answers."""
 
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Iterator
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import row_by_name
 from sphero_probe.catalogue.addresses import client_means
 from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.catalogue.model import Robot
-from sphero_probe.catalogue.well_known import VERSION_FIELDS
+from sphero_probe.catalogue.well_known import FACTS, VERSION_FIELDS
 from sphero_probe.link.exchange import Answered
+from sphero_probe.link.link import Link
 from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.notes import node_name
+from sphero_probe.probing.oneshot import send_once
 from sphero_probe.probing.plan import Probe
 from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.packets import Command, Generation
+
+BATTERY: Final = ("power.get_battery_percentage", "power.get_battery_voltage_state", "core.get_power_state")
+"""The commands that tell how full the battery is."""
 
 
 class Fact(NamedTuple):
@@ -87,3 +92,24 @@ def facts_of(finding: Finding, robot: Robot | None) -> Iterator[Fact]:
     alone = len(decoded.fields) == 1
     for field, value in fields.items():
         yield Fact(name if alone else f"{name} {field}", value, decoded.units.get(field, ""), node)
+
+
+async def ask_facts(link: Link, robot: Robot | None, port: int, names: Collection[str]) -> list[Fact]:
+    """Ask for some of the facts of ``info``, one after the other.
+
+    Args:
+        link: to a robot that is awake.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
+        names: the commands that ask for the facts.
+
+    Raises:
+        LinkLostError: the robot is gone.
+    """
+    generation = link.codec.generation
+    known = [name for name in FACTS[generation] if name in names]
+    told: list[Fact] = []
+    for number, probe in enumerate(probes_of(known, generation, robot, port), 1):
+        finding = await send_once(link, probe.command, number)
+        told.extend(facts_of(finding, robot))
+    return told

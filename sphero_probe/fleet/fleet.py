@@ -1,0 +1,96 @@
+"""Run an action on every robot of a fleet at once. ``Fleet`` is the main class of the package."""
+
+import asyncio
+from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import aclosing
+from typing import Final
+
+from sphero_probe.fleet.actions import Action
+from sphero_probe.fleet.adapters import Adapters
+from sphero_probe.fleet.on_robot import RobotOptions, run_on_robot
+from sphero_probe.fleet.records import Ended, FleetRecord, Status, Step
+from sphero_probe.fleet.robots import FleetRobot
+from sphero_probe.runs.resume import RunJournal
+
+_WAITING: Final = 256
+"""Records that may wait to be taken; then the robots wait."""
+
+JournalFor = Callable[[FleetRobot], RunJournal]
+"""Returns the journal of a robot's run, not entered."""
+
+
+class Fleet:
+    """Runs one action on many robots, each in a task of its own; one robot's failure ends no other's work.
+
+    Attributes:
+        robots: in the order of the report.
+        stop: set it to end every run once nothing of it is in flight.
+    """
+
+    def __init__(
+        self,
+        robots: Sequence[FleetRobot],
+        action: Action,
+        journal_for: JournalFor,
+        *,
+        options: RobotOptions | None = None,
+        adapters: Adapters | None = None,
+        stop: asyncio.Event | None = None,
+    ) -> None:
+        """Prepare a run; nothing is connected yet.
+
+        Args:
+            robots: which.
+            action: what to do on each.
+            journal_for: returns the journal of one robot.
+            options: how to connect, and what may be sent.
+            adapters: the Bluetooth adapters to use.
+            stop: as the attribute.
+        """
+        self.robots = tuple(robots)
+        self.stop = stop or asyncio.Event()
+        self._action = action
+        self._journal_for = journal_for
+        self._options = options or RobotOptions()
+        self._adapters = adapters or Adapters()
+        self._queue: asyncio.Queue[tuple[FleetRobot, FleetRecord]] = asyncio.Queue(_WAITING)
+        self._bugs: list[Exception] = []
+
+    async def records(self) -> AsyncGenerator[tuple[FleetRobot, FleetRecord], None]:
+        """Yield what happens on each robot, as it happens; the last record of each robot is an ``Ended``.
+
+        Closing the generator ends every run and disconnects every robot.
+
+        Raises:
+            Exception: a bug ended the work on a robot; it is raised after the other robots have ended.
+        """
+        tasks = [asyncio.create_task(self._work(robot), name=f"fleet: {robot.name}") for robot in self.robots]
+        try:
+            left = len(tasks)
+            while left:
+                robot, record = await self._queue.get()
+                left -= isinstance(record, Ended)
+                yield robot, record
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+        if self._bugs:
+            raise self._bugs[0]
+
+    async def _work(self, robot: FleetRobot) -> None:
+        """Put the records of one robot into the queue."""
+
+        def on_step(text: str) -> None:
+            if not self._queue.full():  # a step is news only while it is new
+                self._queue.put_nowait((robot, Step(text)))
+
+        journal = self._journal_for(robot)
+        arguments = (self._action, self._options, self._adapters, journal, self.stop, on_step)
+        try:
+            async with aclosing(run_on_robot(robot, *arguments)) as records:
+                async for record in records:
+                    await self._queue.put((robot, record))
+        except Exception as bug:  # noqa: BLE001 - raised when the other robots have ended
+            self._bugs.append(bug)
+            await self._queue.put((robot, Ended(Status.FAILED, f"a bug in sphero-probe: {bug!r}")))
