@@ -31,6 +31,7 @@ COMMANDS: Final[dict[str, str]] = {
     "diff": "Compare two runs, or a run with what is known.",
     "runs": "List the recorded runs; tag, prune or export them.",
     "matrix": "Compare commands across robots and firmware, over all runs.",
+    "fleet": "Run one action on many robots at once, and compare them.",
     "serve": "Serve the built-in robot at a serial or TCP port, for other programs.",
     "evidence": "Ask a robot what no public source says, and write it to be shared.",
     "doctor": "Check that this machine can reach a robot, and suggest fixes.",
@@ -40,7 +41,7 @@ COMMANDS: Final[dict[str, str]] = {
 
 SECTIONS: Final[dict[str, tuple[str, ...]]] = {
     "Find a robot": ("scan", "info", "doctor"),
-    "Map it": ("sweep", "discover", "nodes", "plan", "evidence"),
+    "Map it": ("sweep", "discover", "nodes", "plan", "evidence", "fleet"),
     "Act on it": ("send", "led", "listen", "stream", "shell"),
     "Read and compare": ("decode", "capture", "explain", "catalog", "report", "diff", "matrix", "runs"),
     "Tools": ("serve", "completion"),

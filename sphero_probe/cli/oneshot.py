@@ -1,9 +1,7 @@
 """Sends single commands to one robot, for ``send`` and ``led``."""
 
-from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
-from time import monotonic
+from contextlib import aclosing
 
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.cli.connect import connect
@@ -16,21 +14,17 @@ from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import (
     CommandFailedError,
-    LinkLostError,
     NoAnswerError,
     RefusedByPolicyError,
     SpheroProbeError,
 )
 from sphero_probe.link.policy import Consent
-from sphero_probe.probing.failures import check
-from sphero_probe.probing.finding import Finding, Summary
-from sphero_probe.probing.notes import tolerance_notes
-from sphero_probe.probing.oneshot import heading_of, send_once, stop_motors
-from sphero_probe.probing.plan import Plan, Probe
+from sphero_probe.probing.finding import Finding
 from sphero_probe.protocol.packets import Command
 from sphero_probe.reports.rows import finding_row
 from sphero_probe.reports.views import FINDING
 from sphero_probe.runs.resume import RunJournal
+from sphero_probe.runs.sending import plan_of, send_each
 from sphero_probe.session.addressing import address_of, model_behind, port_behind
 from sphero_probe.session.session import Session
 
@@ -65,7 +59,7 @@ def send_commands(
     """
     if asking.dry_run:
         address = address_of(connecting.device)
-        plan = _plan(name, make(model_behind(address), port_behind(address)))
+        plan = plan_of(name, make(model_behind(address), port_behind(address)))
         show_dry_run(output, plan, address, consent, None)
         return
     found: list[Finding] = []
@@ -85,10 +79,6 @@ def send_commands(
         raise failed[0]
 
 
-def _plan(name: str, commands: tuple[Command, ...]) -> Plan:
-    return Plan(name, "", [[Probe(command, exact=True) for command in commands]])
-
-
 async def _ask_each(
     name: str, make: CommandsFor, session: Session, journal: RunJournal, found: list[Finding]
 ) -> None:
@@ -97,32 +87,12 @@ async def _ask_each(
     Raises:
         SpheroProbeError: one failed; the rest is not sent.
     """
-    failed: SpheroProbeError | None = None
-    connection, link = session.connection, session.link
+    connection = session.connection
     commands = make(connection.robot, connection.port)
-    plan = _plan(name, commands)
-    journal.begin(connection, plan, link.policy.consent, None)
-    recorder = RemarkingRecorder(journal, link.events)
-    recorder.record(heading_of(plan, link, connection.name, connection.line))
-    began, frames = monotonic(), link.frames_sent
-    try:
-        for number, command in enumerate(commands, 1):
-            finding = await send_once(link, command, number, recorder.intend)
-            found.append(finding)
-            recorder.record(finding)
-            await check(finding, session)
-    except (RefusedByPolicyError, CommandFailedError, NoAnswerError) as error:
-        failed = error
-    finally:
-        with suppress(LinkLostError):
-            await stop_motors(link, commands[0].target)
-    for note in tolerance_notes(session.link.tolerated):
-        recorder.record(note)
-        say(f"note: {note.text}")
-    counts = dict(Counter(finding.outcome for finding in found))
-    complete = len(found) == len(commands)
-    sent = sum(finding.attempts > 0 for finding in found)
-    seconds, frames = monotonic() - began, link.frames_sent - frames
-    recorder.record(Summary(counts, seconds, sent, frames, complete))
-    if failed:
-        raise failed
+    recorder = RemarkingRecorder(journal, session.link.events)
+    async with aclosing(send_each(name, commands, session, journal, recorder)) as records:
+        async for record in records:
+            if isinstance(record, Finding):
+                found.append(record)
+            else:
+                say(f"note: {record.text}")

@@ -3,12 +3,12 @@
 ``--help`` imports this module, so it imports nothing but click.
 """
 
-from collections.abc import Callable
-from typing import Any, Final
+from typing import Final
 
 import click
 
 from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.gathered import Function, gather
 from sphero_probe.cli.time_type import Seconds
 from sphero_probe.cli.values import (
     COLOURS,
@@ -22,8 +22,6 @@ from sphero_probe.cli.values import (
     JournalOptions,
     Output,
 )
-
-Function = Callable[..., Any]
 
 
 def seconds_option(
@@ -41,6 +39,21 @@ def seconds_option(
     return click.option(*names, type=Seconds(least, most), default=default, metavar="TIME", help=about)
 
 
+CONNECT_TIMEOUT: Final = seconds_option(
+    "--connect-timeout",
+    "connecting_connect_timeout",
+    least=0.1,
+    most=600,
+    default=10.0,
+    about="Limit for the scan, and for each step of connecting.  [default: 10s]",
+)
+TOLERATE: Final = click.option(
+    "--tolerate",
+    "connecting_tolerate",
+    multiple=True,
+    type=click.Choice(TOLERANCES),
+    help="Accept answers that name another node, another number, or lack the response flag.",
+)
 _CAPTURE: Final = click.option(
     "--capture",
     "connecting_capture",
@@ -77,24 +90,11 @@ def device_options(
             shell_complete=offer("devices"),
         ),
         adapter_option("connecting_adapter"),
-        seconds_option(
-            "--connect-timeout",
-            "connecting_connect_timeout",
-            least=0.1,
-            most=600,
-            default=10.0,
-            about="Limit for the scan, and for each step of connecting.  [default: 10s]",
-        ),
+        CONNECT_TIMEOUT,
         click.option(
             "-v", "--verbose", "connecting_verbose", is_flag=True, help="Show each step of connecting."
         ),
-        click.option(
-            "--tolerate",
-            "connecting_tolerate",
-            multiple=True,
-            type=click.Choice(TOLERANCES),
-            help="Accept answers that name another node, another number, or lack the response flag.",
-        ),
+        TOLERATE,
         *([_CAPTURE] if capture else []),
     )
 
@@ -120,26 +120,30 @@ def _check_device(ctx: click.Context, param: click.Parameter, value: str | None)
     return value or ""
 
 
+TARGET: Final = click.option(
+    "--target",
+    "asking_target",
+    metavar="NODE",
+    help="Node: primary, secondary, 0x12 or none; default: the robot's usual node.",
+    shell_complete=offer("nodes"),
+)
+TIMEOUT: Final = seconds_option(
+    "--timeout",
+    "asking_timeout",
+    least=0.01,
+    most=60,
+    about="Time until a command counts as silent.  [default: measured]",
+)
+
+
 def asking_options(function: Function) -> Function:
     """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``."""
     return gather(
         function,
         "asking",
         AskOptions.checked,
-        click.option(
-            "--target",
-            "asking_target",
-            metavar="NODE",
-            help="Node: primary, secondary, 0x12 or none; default: the robot's usual node.",
-            shell_complete=offer("nodes"),
-        ),
-        seconds_option(
-            "--timeout",
-            "asking_timeout",
-            least=0.01,
-            most=60,
-            about="Time until a command counts as silent.  [default: measured]",
-        ),
+        TARGET,
+        TIMEOUT,
         *_consent(),
         click.option(
             "--dry-run", "asking_dry_run", is_flag=True, help="Print the exact bytes; send nothing."
@@ -174,19 +178,22 @@ def consent_options(function: Function) -> Function:
     return gather(function, "asking", AskOptions.checked, *_consent())
 
 
+ALLOW: Final = click.option(
+    "--allow",
+    "asking_allow",
+    multiple=True,
+    type=click.Choice(RISKS),
+    help=(
+        "Also allow this risk class; may be repeated. write: LEDs, volume, streaming; motion: "
+        "moving, noise, sleep; persist: names, settings, animations; brick: firmware, factory data, "
+        "deep sleep."
+    ),
+)
+
+
 def _consent() -> tuple[Function, Function]:
     return (
-        click.option(
-            "--allow",
-            "asking_allow",
-            multiple=True,
-            type=click.Choice(RISKS),
-            help=(
-                "Also allow this risk class; may be repeated. write: LEDs, volume, streaming; motion: "
-                "moving, noise, sleep; persist: names, settings, animations; brick: firmware, factory data, "
-                "deep sleep."
-            ),
-        ),
+        ALLOW,
         click.option(
             "--confirm",
             "asking_confirm",
@@ -268,33 +275,3 @@ def output_options(function: Function, *, detail: bool = False) -> Function:
         ),
         click.option("--debug", is_flag=True, expose_value=False, help="Show tracebacks."),
     )
-
-
-def gather(function: Function, name: str, kind: Callable[..., object], *options: Function) -> Function:
-    """Give a command options whose values arrive as one argument.
-
-    Args:
-        function: the command.
-        name: of the argument; the parameter of an option is called ``{name}_{attribute}``.
-        kind: makes the argument from its attributes.
-        *options: as help lists them.
-    """
-
-    def gathered(**arguments: Any) -> Any:
-        prefix = f"{name}_"
-        parts = {key: arguments.pop(key) for key in list(arguments) if key.startswith(prefix)}
-        value = kind(**{key.removeprefix(prefix): part for key, part in parts.items()})
-        return function(**{name: value}, **arguments)
-
-    decorated = _instead_of(function, gathered)
-    for option in reversed(options):
-        decorated = option(decorated)
-    return decorated
-
-
-def _instead_of(function: Function, replacement: Function) -> Function:
-    """Return the replacement with the name, docstring and options of the function."""
-    replacement.__doc__ = function.__doc__
-    replacement.__name__ = function.__name__
-    replacement.__click_params__ = getattr(function, "__click_params__", [])  # type: ignore[attr-defined]
-    return replacement

@@ -4,7 +4,7 @@ import click
 
 from sphero_probe.cli.age_type import Date
 from sphero_probe.cli.complete.lazily import offer
-from sphero_probe.cli.options import Function, gather
+from sphero_probe.cli.gathered import Function, gather
 from sphero_probe.cli.values import RunChoice
 
 

@@ -81,16 +81,97 @@ class AskOptions(NamedTuple):
             UsageError: a robot is named for nothing.
         """
         asking = cls(**options)
-        if "brick" in asking.allow and not asking.confirm and not asking.dry_run:
-            raise RefusedByPolicyError(
-                "--allow brick can destroy a robot: confirm it with the robot's name",
-                "add --confirm NAME-OF-ROBOT, such as --confirm BP-1234",
-            )
-        if asking.confirm and "brick" not in asking.allow:
-            raise UsageError(
-                "--confirm belongs to --allow brick", "add --allow brick, or leave --confirm out"
-            )
+        _check_brick(asking.allow, confirmed=bool(asking.confirm), dry_run=asking.dry_run)
         return asking
+
+
+class FleetConnectOptions(NamedTuple):
+    """Which robots a fleet has, and how to connect to them.
+
+    Attributes:
+        everything: all robots nearby.
+        file: a fleet file, None for none.
+        devices: addresses.
+        adapters: the Bluetooth adapters to use, empty for all.
+        per_adapter: connections on each adapter at a time.
+        connect_timeout: seconds for scanning, and for each step of connecting.
+        tolerate: in what an answer may differ from what it should be and still count.
+    """
+
+    everything: bool = False
+    file: str | None = None
+    devices: tuple[str, ...] = ()
+    adapters: tuple[str, ...] = ()
+    per_adapter: int = 4
+    connect_timeout: float = 10.0
+    tolerate: tuple[str, ...] = ()
+
+    @classmethod
+    def checked(cls, **options: Any) -> Self:
+        """Return the options, as the attributes are called.
+
+        Raises:
+            UsageError: the robots are named in no way, or in several.
+        """
+        connecting = cls(**options)
+        ways = (connecting.everything, connecting.file is not None, bool(connecting.devices))
+        if not any(ways):
+            raise UsageError("no robot is named", "add --all, --robots FILE, or --device for each robot")
+        if sum(ways) > 1:
+            raise UsageError("--all, --robots and --device exclude each other")
+        return connecting
+
+
+class FleetAskOptions(NamedTuple):
+    """What may be sent to the robots of a fleet, and to which node.
+
+    Attributes:
+        target: the node as typed, None for each robot's usual one.
+        timeout: seconds until a command counts as silent, None to measure it.
+        allow: the risk classes to allow.
+        confirm: the names of the robots for which the class ``brick`` is confirmed.
+    """
+
+    target: str | None = None
+    timeout: float | None = None
+    allow: tuple[str, ...] = ()
+    confirm: tuple[str, ...] = ()
+
+    @classmethod
+    def checked(cls, **options: Any) -> Self:
+        """Return the options, as the attributes are called.
+
+        Raises:
+            RefusedByPolicyError: the class ``brick`` is allowed without naming a robot.
+            UsageError: a robot is named for nothing.
+        """
+        asking = cls(**options)
+        _check_brick(asking.allow, confirmed=bool(asking.confirm))
+        return asking
+
+
+class FleetJournalOptions(NamedTuple):
+    """Which journals a fleet keeps.
+
+    Attributes:
+        off: keep none.
+        resume: finish the last run of each robot.
+    """
+
+    off: bool = False
+    resume: bool = False
+
+    @classmethod
+    def checked(cls, **options: Any) -> Self:
+        """Return the options, as the attributes are called.
+
+        Raises:
+            UsageError: they exclude each other.
+        """
+        journal = cls(**options)
+        if journal.off and journal.resume:
+            raise UsageError("--no-journal and --resume exclude each other")
+        return journal
 
 
 class FlagOptions(NamedTuple):
@@ -192,6 +273,16 @@ class Output(NamedTuple):
                 f"use {', '.join(SUFFIXES)}, or choose a format with --format",
             )
         return cls(chosen, file, color, **more)
+
+
+def _check_brick(allow: tuple[str, ...], *, confirmed: bool, dry_run: bool = False) -> None:
+    if "brick" in allow and not confirmed and not dry_run:
+        raise RefusedByPolicyError(
+            "--allow brick can destroy a robot: confirm it with the robot's name",
+            "add --confirm NAME-OF-ROBOT, such as --confirm BP-1234",
+        )
+    if confirmed and "brick" not in allow:
+        raise UsageError("--confirm belongs to --allow brick", "add --allow brick, or leave --confirm out")
 
 
 def _suffix(file: str) -> str:

@@ -5,6 +5,7 @@ set up only one connection at a time; so scanning and connecting take turns on e
 """
 
 import asyncio
+import sys
 from collections.abc import AsyncIterator, Iterable
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import Final
@@ -14,6 +15,8 @@ from sphero_probe.transports.registry import DeviceAddress, open_transport
 
 PER_ADAPTER: Final = 4
 """Connections on one adapter at a time, unless told otherwise: most adapters carry 4 to 6 reliably."""
+_ASKING: Final = 3.0
+"""Seconds for asking which adapters there are."""
 _RADIO: Final = "ble"
 """The scheme of addresses that need an adapter."""
 
@@ -93,3 +96,17 @@ class Adapters:
                 yield adapter
             finally:
                 adapter.connections -= 1
+
+
+async def adapter_names() -> tuple[str, ...]:
+    """Return the adapters that can be used, by name; one empty name where the system does not tell."""
+    if sys.platform != "linux":
+        return ("",)
+    from sphero_probe.transports.ble.explain import RAISED  # noqa: PLC0415 - imports bleak
+    from sphero_probe.transports.ble.machine import adapters  # noqa: PLC0415 - exists on Linux only
+
+    try:
+        there = await adapters(_ASKING)
+    except RAISED:
+        return ("",)  # connecting will say what is wrong
+    return tuple(one.name for one in there if one.powered and one.central) or ("",)

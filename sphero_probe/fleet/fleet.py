@@ -1,15 +1,18 @@
 """Run an action on every robot of a fleet at once. ``Fleet`` is the main class of the package."""
 
 import asyncio
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
+from pathlib import Path
 from typing import Final
 
-from sphero_probe.fleet.actions import Action
+from sphero_probe.errors import SpheroProbeError
+from sphero_probe.fleet.action import Action
 from sphero_probe.fleet.adapters import Adapters
 from sphero_probe.fleet.on_robot import RobotOptions, run_on_robot
 from sphero_probe.fleet.records import Ended, FleetRecord, Status, Step
 from sphero_probe.fleet.robots import FleetRobot
+from sphero_probe.runs.reader import read_journal
 from sphero_probe.runs.resume import RunJournal
 
 _WAITING: Final = 256
@@ -36,6 +39,7 @@ class Fleet:
         options: RobotOptions | None = None,
         adapters: Adapters | None = None,
         stop: asyncio.Event | None = None,
+        finished: Mapping[str, Path] | None = None,
     ) -> None:
         """Prepare a run; nothing is connected yet.
 
@@ -46,6 +50,7 @@ class Fleet:
             options: how to connect, and what may be sent.
             adapters: the Bluetooth adapters to use.
             stop: as the attribute.
+            finished: robot name -> journal of a complete run; its records are yielded, and nothing is sent.
         """
         self.robots = tuple(robots)
         self.stop = stop or asyncio.Event()
@@ -53,6 +58,7 @@ class Fleet:
         self._journal_for = journal_for
         self._options = options or RobotOptions()
         self._adapters = adapters or Adapters()
+        self._finished = finished or {}
         self._queue: asyncio.Queue[tuple[FleetRobot, FleetRecord]] = asyncio.Queue(_WAITING)
         self._bugs: list[Exception] = []
 
@@ -85,12 +91,19 @@ class Fleet:
             if not self._queue.full():  # a step is news only while it is new
                 self._queue.put_nowait((robot, Step(text)))
 
-        journal = self._journal_for(robot)
-        arguments = (self._action, self._options, self._adapters, journal, self.stop, on_step)
         try:
+            if path := self._finished.get(robot.name):
+                for recorded in read_journal(path).records():
+                    await self._queue.put((robot, recorded))
+                await self._queue.put((robot, Ended(Status.DONE, journal=str(path))))
+                return
+            journal = self._journal_for(robot)
+            arguments = (self._action, self._options, self._adapters, journal, self.stop, on_step)
             async with aclosing(run_on_robot(robot, *arguments)) as records:
                 async for record in records:
                     await self._queue.put((robot, record))
+        except SpheroProbeError as error:  # the journal cannot be read any more
+            await self._queue.put((robot, Ended(Status.FAILED, str(error), error.hint)))
         except Exception as bug:  # noqa: BLE001 - raised when the other robots have ended
             self._bugs.append(bug)
             await self._queue.put((robot, Ended(Status.FAILED, f"a bug in sphero-probe: {bug!r}")))

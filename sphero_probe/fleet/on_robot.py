@@ -18,7 +18,7 @@ from sphero_probe.errors import (
     SpheroProbeError,
     UnavailableError,
 )
-from sphero_probe.fleet.actions import Action, Visit
+from sphero_probe.fleet.action import Action, Visit
 from sphero_probe.fleet.adapters import Adapter, Adapters
 from sphero_probe.fleet.records import Ended, FleetRecord, Reached, Status, Step
 from sphero_probe.fleet.robots import FleetRobot

@@ -72,11 +72,21 @@ class Battery(NamedTuple):
     facts: tuple[Fact, ...]
 
 
+class Lit(NamedTuple):
+    """The colours that the robot's LEDs were set to.
+
+    Attributes:
+        leds: LED name -> colour, as people write it.
+    """
+
+    leds: dict[str, str]
+
+
 class Health(NamedTuple):
     """How well a robot works.
 
     Attributes:
-        awake: it answered within the usual attempts.
+        awake: it answered before it was woken.
         firmware: node name -> version, for the nodes that answered.
         dead: the names of nodes that the model has and that answer nothing.
         trips: round trips of echoes.
@@ -104,4 +114,4 @@ class Ended(NamedTuple):
     journal: str = ""
 
 
-FleetRecord = Step | Reached | Progress | Record | Battery | Health | Evidence | Ended
+FleetRecord = Step | Reached | Progress | Record | Battery | Health | Lit | Evidence | Ended

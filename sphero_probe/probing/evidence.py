@@ -179,6 +179,15 @@ class Evidence(NamedTuple):
     seconds: float
 
     @property
+    def problem(self) -> str:
+        """Why part of the evidence is missing, empty if none is."""
+        if not self.complete:
+            return "the evidence is incomplete: the run ended early"
+        if self.surprises:
+            return "a wrong length was executed, so its node got no further wrong length"
+        return ""
+
+    @property
     def is_simulated(self) -> bool:
         """Whether no real robot answered, but the built-in one or a recording."""
         return self.line in ("fake", "replay")

@@ -54,6 +54,7 @@ class View(NamedTuple):
         legend: a row's data -> what a table explains below, each line once.
         selection: which findings of a run are shown, and in which order.
         document: the findings of a run become a reference of the robot's commands.
+        below: another list that a table shows below this one, None for none.
     """
 
     type: str
@@ -63,6 +64,7 @@ class View(NamedTuple):
     legend: Callable[[Data], Iterable[str]] = lambda _: ()
     selection: Selection = Selection()
     document: bool = False
+    below: "View | None" = None
 
     @property
     def table_columns(self) -> tuple[Column, ...]:

@@ -7,6 +7,7 @@ of the digests is random and not written.
 
 import json
 import re
+import secrets
 from collections.abc import Collection, Iterator
 from hashlib import blake2b
 from typing import Final
@@ -18,9 +19,20 @@ from sphero_probe.protocol.packets import Command, Generation
 TYPE: Final = "evidence"
 SCHEMA_VERSION: Final = 1
 DIGEST_BYTES: Final = 6
+_KEY_BYTES: Final = 32
 _SHORTEST: Final = 4
 """Bytes of an identifier from which on it is searched for; a shorter one is found everywhere by chance."""
 _HARDWARE: Final = re.compile(r"[0-9A-Fa-f]{2}(?:[:-][0-9A-Fa-f]{2}){5}")
+
+
+def redact_once(evidence: Evidence, identifiers: Collection[str]) -> Evidence:
+    """Return the evidence redacted with a random key, which is kept nowhere.
+
+    Args:
+        evidence: as it was collected.
+        identifiers: as ``redact`` takes them.
+    """
+    return redact(evidence, identifiers, secrets.token_bytes(_KEY_BYTES))
 
 
 def redact(evidence: Evidence, identifiers: Collection[str], key: bytes) -> Evidence:

@@ -5,9 +5,10 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from sphero_probe.errors import SpheroProbeError
-from sphero_probe.fleet.actions import Action, PlanAction
+from sphero_probe.fleet.action import Action
 from sphero_probe.fleet.fleet import Fleet
 from sphero_probe.fleet.on_robot import RobotOptions
+from sphero_probe.fleet.plans import PlanAction, Subject
 from sphero_probe.fleet.records import Ended, FleetRecord
 from sphero_probe.fleet.robots import FleetRobot, fleet_of
 from sphero_probe.link.exchange import Answered
@@ -18,6 +19,7 @@ from sphero_probe.protocol.packets import Generation
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.runs.running import engine_for, records_of
 from sphero_probe.session.session import open_session
+from sphero_probe.transports.base import BLE_PORT
 from tests.support.virtual_clock import run
 
 CIDS = 0x50
@@ -25,7 +27,7 @@ Records = dict[str, list[FleetRecord]]
 """Device -> what happened on it."""
 
 
-def power_plan(_generation: Generation, _target: int | None) -> tuple[Plan, dict[str, str]]:
+def power_plan(_subject: Subject) -> tuple[Plan, dict[str, str]]:
     """The plan of ``sweep --did 0x13 --cid 0x00-0x4f``."""
     return Plan("sweep", "DID 0x13", [list(sweep([0x13], range(CIDS)))]), {"did": "0x13", "cid": "0x00-0x4f"}
 
@@ -59,7 +61,7 @@ def alone(device: str) -> tuple[list[Finding], str]:
     """Sweep one robot as ``sweep`` does; return its findings and the error that ended the run, or nothing."""
 
     async def work() -> tuple[list[Finding], str]:
-        plan, _ = power_plan(Generation.V2, None)
+        plan, _ = power_plan(Subject(Generation.V2, None, BLE_PORT, None))
         found: list[Finding] = []
         try:
             async with open_session(device, Consent()) as session:

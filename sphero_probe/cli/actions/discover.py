@@ -13,6 +13,7 @@ from sphero_probe.link.policy import Consent
 from sphero_probe.probing.open_questions import is_known_firmware
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.discovery import discovery
+from sphero_probe.protocol.packets import Generation
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
 from sphero_probe.session.commands import node
 
@@ -52,23 +53,31 @@ def discover(
         if checks.file:
             raise UsageError("--dry-run cannot be combined with --baseline")
         consent = Consent.of(asking.allow, asking.confirm)
-        show_dry_run(output, _plan(connecting.device, target, options), place, consent, target)
+        show_dry_run(output, plan_of(generation_behind(place), target, options), place, consent, target)
         return
     compared = Baseline(checks)
     with run_journal("discover", journal) as kept:
         if kept.opening and not (did or lengths or values):
             options = dict(kept.opening.options)
         kept.options = options
-        heading = run_plan(
-            _plan(connecting.device, target, options), output, connecting, asking, kept, compared
-        )
+        plan = plan_of(generation_behind(place), target, options)
+        heading = run_plan(plan, output, connecting, asking, kept, compared)
     robot = ROBOTS.get(heading.robot) if heading else None
     if heading and not is_known_firmware(robot, heading.firmware):
         suggest_evidence(connecting.device, robot)
 
 
-def _plan(device: str, target: int | None, options: dict[str, str]) -> Plan:
-    generation = generation_behind(address_of(device))
+def plan_of(generation: Generation, target: int | None, options: dict[str, str]) -> Plan:
+    """Return the plan that maps a robot.
+
+    Args:
+        generation: its protocol.
+        target: the address byte of its usual node.
+        options: as the journal keeps them.
+
+    Raises:
+        UsageError: a device id is not valid.
+    """
     return discovery(
         generation,
         target,

@@ -2,7 +2,6 @@
 
 import asyncio
 import os
-import secrets
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -28,7 +27,7 @@ from sphero_probe.reports.evidence import (
     reservations,
     settlement_rows,
 )
-from sphero_probe.runs.evidence import encode, redact
+from sphero_probe.runs.evidence import encode, redact_once
 from sphero_probe.runs.evidence_reader import read_evidence
 from sphero_probe.session.addressing import (
     address_of,
@@ -39,7 +38,6 @@ from sphero_probe.session.addressing import (
 )
 
 _SUFFIXES: Final = (".json", ".md")
-_KEY_BYTES: Final = 32
 
 
 class EvidenceOptions(NamedTuple):
@@ -99,17 +97,15 @@ def collect_evidence(connecting: ConnectOptions, options: EvidenceOptions) -> No
                 evidence = await Collecting(session, stop, collecting).run()
             connection = session.connection
             identifiers = (connection.name, connection.address, connecting.device)
-            found.append(redact(evidence, identifiers, secrets.token_bytes(_KEY_BYTES)))
+            found.append(redact_once(evidence, identifiers))
 
     try:
         run_interruptible(interrupts, work())
     finally:
         if found:
             _deliver(found[0], files, output, shown=options.show)
-    if found and not found[0].complete:
-        raise IncompleteError("the evidence is incomplete: the run ended early")
-    if found and found[0].surprises:
-        raise IncompleteError("a wrong length was executed, so its node got no further wrong length")
+    if found and (problem := found[0].problem):
+        raise IncompleteError(problem)
 
 
 def _files(name: str | None) -> tuple[Path, Path] | None:
@@ -126,17 +122,30 @@ def _files(name: str | None) -> tuple[Path, Path] | None:
     return json_file, summary
 
 
-def _deliver(evidence: Evidence, files: tuple[Path, Path] | None, output: Output, *, shown: bool) -> None:
-    """Write the files, and print what they hold or which questions they settle."""
-    texts = (encode(evidence), markdown(evidence))
-    for file, text in zip(files or (), texts, strict=False):
+def write_evidence(evidence: Evidence, files: tuple[Path, Path]) -> None:
+    """Write redacted evidence as JSON and as markdown.
+
+    Args:
+        evidence: redacted.
+        files: the JSON file and the markdown file.
+
+    Raises:
+        OutputError: a file cannot be written.
+    """
+    for file, text in zip(files, (encode(evidence), markdown(evidence)), strict=True):
         try:
             file.write_text(text, encoding="utf-8", newline="\n")
         except OSError as error:
             raise OutputError(f"cannot write {file}: {error.strerror}") from error
+
+
+def _deliver(evidence: Evidence, files: tuple[Path, Path] | None, output: Output, *, shown: bool) -> None:
+    """Write the files, and print what they hold or which questions they settle."""
+    if files:
+        write_evidence(evidence, files)
     if shown:
-        click.echo(texts[1])
-        click.echo(texts[0], nl=False)
+        click.echo(markdown(evidence))
+        click.echo(encode(evidence), nl=False)
     else:
         show(output, SETTLEMENTS, settlement_rows(evidence))
     for sentence in reservations(evidence):

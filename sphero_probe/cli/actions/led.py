@@ -43,7 +43,7 @@ def set_leds(
     Raises:
         SpheroProbeError: the options are not valid, or a command failed.
     """
-    wanted = _wanted(front, back, leds)
+    wanted = wanted_leds(front, back, leds)
     if not wanted and not off:
         raise UsageError("no LED is named", "try: sphero-probe led --front ff0000, or --off")
 
@@ -65,8 +65,13 @@ def list_leds(output: Output, device: str) -> None:
     show(output, LEDS, [led_row(one, group) for one in robots if one.leds for group in one.leds.groups])
 
 
-def _wanted(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[str, Colour]:
+def wanted_leds(front: str | None, back: str | None, leds: tuple[str, ...]) -> dict[str, Colour]:
     """Return LED name -> colour, in the order they were given.
+
+    Args:
+        front: the colour of the front LED, None to leave it alone.
+        back: of the back LED.
+        leds: further ones, each ``NAME=COLOUR``.
 
     Raises:
         UsageError: a colour is not valid, or an LED is named twice.

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import id_range
 from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.captured_plan import plan_of_capture
@@ -18,6 +19,7 @@ from sphero_probe.probing.plan import sweep as probes_of
 from sphero_probe.probing.plans.claims import claims_plan, library_in
 from sphero_probe.probing.plans.loader import load_plan
 from sphero_probe.probing.plans.shipped import find_plan, is_shipped, plan_files
+from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.ids import spans
 from sphero_probe.runs.resume import RunJournal
 from sphero_probe.session.addressing import address_of, generation_behind, model_behind, port_behind
@@ -84,8 +86,24 @@ def sweep(
 
 
 def _plan(place: DeviceAddress, options: SweepOptions) -> tuple[Plan, dict[str, str]]:
-    """Return the plan, and the options that a journal needs to make it again."""
-    generation = generation_behind(place)
+    return plan_of(generation_behind(place), model_behind(place), port_behind(place), options)
+
+
+def plan_of(
+    generation: Generation, robot: Robot | None, port: int, options: SweepOptions
+) -> tuple[Plan, dict[str, str]]:
+    """Return the plan, and the options that a journal needs to make it again.
+
+    Args:
+        generation: the protocol, for names of devices.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
+        options: as typed.
+
+    Raises:
+        UsageError: the options contradict each other, or name nothing.
+        BadInputFileError: the plan or the capture cannot be used.
+    """
     if options.capture is not None:
         if any(other is not None for other in options[:4]):
             raise UsageError("--plan-from cannot be combined with --plan, --did, --cid or --payload")
@@ -96,7 +114,7 @@ def _plan(place: DeviceAddress, options: SweepOptions) -> tuple[Plan, dict[str, 
         if any(other is not None for other in (options.did, options.cid, options.payload)):
             raise UsageError("--plan cannot be combined with --did, --cid or --payload")
         if library := library_in(options.plan):
-            plan = claims_plan(library, model_behind(place), port_behind(place))
+            plan = claims_plan(library, robot, port)
             return plan, {"plan": options.plan}
         plan = find_plan(options.plan)
         if plan.file is None or is_shipped(plan.file):

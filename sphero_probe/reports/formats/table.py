@@ -74,4 +74,8 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
         from sphero_probe.reports.formats.diff_table import DiffTable  # noqa: PLC0415 - likewise
 
         return DiffTable(out, style)
+    if view.below:
+        from sphero_probe.reports.formats.fleet_table import FleetTable  # noqa: PLC0415 - likewise
+
+        return FleetTable(ListTable(out, view, style), ListTable(out, view.below, style), out, style)
     return ListTable(out, view, style)

@@ -1,58 +1,42 @@
-"""What a fleet can do on each robot: the interface, and running a plan."""
+"""Run a plan on each robot of a fleet: ``sweep`` and ``discover``."""
 
-import asyncio
 from collections.abc import AsyncGenerator, Callable
 from contextlib import aclosing, suppress
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple
 
+from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import IncompleteError, LinkLostError
+from sphero_probe.fleet.action import Visit
 from sphero_probe.fleet.health import read_battery
 from sphero_probe.fleet.records import FleetRecord, Progress
-from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol.packets import Generation
-from sphero_probe.runs.resume import RunJournal
 from sphero_probe.runs.running import engine_for, records_of
 from sphero_probe.session.commands import node
-from sphero_probe.session.session import Session
 
-PlanFor = Callable[[Generation, int | None], tuple[Plan, dict[str, str]]]
-"""Makes a plan for a protocol and the address byte of the node, and the options to make it again."""
+INCOMPLETE: Final = "the run is incomplete"
+"""The trouble of a run whose summary says so; its records say why."""
 
 
-class Visit(NamedTuple):
-    """An action meets one robot.
+class Subject(NamedTuple):
+    """What a plan is made for.
 
     Attributes:
-        robot: which.
-        session: with it, open.
-        journal: of the run, entered; it may keep nothing.
-        stop: set when the action must end.
+        generation: the robot's protocol.
+        robot: the model, None if it is not known.
+        port: the port nibble of this kind of connection.
+        target: the address byte of the node, None to leave addresses out.
     """
 
-    robot: FleetRobot
-    session: Session
-    journal: RunJournal
-    stop: asyncio.Event
+    generation: Generation
+    robot: Robot | None
+    port: int
+    target: int | None
 
 
-class Action(Protocol):
-    """One action of a fleet. It is a value, so that it can be sent to another process."""
-
-    @property
-    def command(self) -> str:
-        """The command whose journals it writes: ``sweep``, ``discover``, ``led``; empty if it writes none."""
-        ...
-
-    def run(self, visit: Visit) -> AsyncGenerator[FleetRecord, None]:
-        """Yield what happens on one robot.
-
-        Raises:
-            IncompleteError: part of the result is missing.
-            SpheroProbeError: something else went wrong.
-        """
-        ...
+PlanFor = Callable[[Subject], tuple[Plan, dict[str, str]]]
+"""Makes a plan, and the options to make it again."""
 
 
 class PlanAction(NamedTuple):
@@ -72,13 +56,14 @@ class PlanAction(NamedTuple):
         """Run the plan, then read the battery, which the report shows; yield the records of both."""
         _, session, journal, stop = visit
         connection, consent = session.connection, session.link.policy.consent
+        robot, port = connection.robot, connection.port
         plan, options = self.plan_for(
-            connection.generation, node(self.target, connection.robot, connection.port)
+            Subject(connection.generation, robot, port, node(self.target, robot, port))
         )
         journal.options = options
         target = journal.check(plan, consent, self.target)
         journal.begin(connection, plan, consent, target)
-        engine = engine_for(plan, session, node(target, connection.robot, connection.port), stop, journal)
+        engine = engine_for(plan, session, node(target, robot, port), stop, journal)
         total, complete = 0, False
         async with aclosing(records_of(engine, session)) as records:
             async for record in records:
@@ -91,4 +76,4 @@ class PlanAction(NamedTuple):
             with suppress(LinkLostError):  # the run has ended before
                 yield await read_battery(session)
         if not complete:
-            raise IncompleteError("the run is incomplete")
+            raise IncompleteError(INCOMPLETE)

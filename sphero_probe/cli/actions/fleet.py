@@ -1,0 +1,298 @@
+"""``fleet``: run one action on many robots, report each, and compare them."""
+
+import asyncio
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import aclosing
+from typing import Final, NamedTuple
+
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.cli.actions.discover import plan_of as discovery_plan
+from sphero_probe.cli.actions.led import wanted_leds
+from sphero_probe.cli.actions.sweep import SweepOptions
+from sphero_probe.cli.actions.sweep import plan_of as sweep_plan
+from sphero_probe.cli.fleet_progress import fleet_progress
+from sphero_probe.cli.fleet_robots import adapters_for, chosen_robots
+from sphero_probe.cli.messages import warn
+from sphero_probe.cli.output import report
+from sphero_probe.cli.run import row_of
+from sphero_probe.cli.signals import Interrupts, run_interruptible
+from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
+from sphero_probe.errors import IncompleteError, RefusedByPolicyError
+from sphero_probe.fleet.action import Action
+from sphero_probe.fleet.fleet import Fleet
+from sphero_probe.fleet.health import HealthAction
+from sphero_probe.fleet.lights import LedAction, colours_of
+from sphero_probe.fleet.on_robot import FleetConsent, RobotOptions
+from sphero_probe.fleet.plans import INCOMPLETE, PlanAction, Subject
+from sphero_probe.fleet.records import Ended, FleetRecord, Status
+from sphero_probe.fleet.results import RobotResult
+from sphero_probe.fleet.resume import EarlierRun, earlier_runs
+from sphero_probe.fleet.robots import FleetRobot
+from sphero_probe.link.policy import Consent
+from sphero_probe.probing.finding import Finding, Heading, Note, Summary
+from sphero_probe.probing.plan import Plan
+from sphero_probe.protocol.packets import Generation
+from sphero_probe.reports.fleet import FLEET, FleetMatrix, robot_result_row
+from sphero_probe.reports.run_ending import RunEnding
+from sphero_probe.runs.resume import RunJournal
+from sphero_probe.transports.base import BLE_PORT
+
+_ANY: Final = Subject(Generation.V2, None, BLE_PORT, None)
+_NAMED: Final = 4
+"""Robots that the last message names."""
+
+Results = dict[str, RobotResult]
+"""Robot name -> its result, in the order of the fleet."""
+
+
+class Asked(NamedTuple):
+    """What a fleet is asked to do.
+
+    Attributes:
+        action_for: makes the action, once the robots are known.
+        consent: what may be sent.
+        timeout: seconds until a command counts as silent, None to measure it.
+        journal: which journals to keep.
+        compare: compare the robots command by command.
+        matrix: formats with one list write that comparison.
+    """
+
+    action_for: Callable[[Sequence[FleetRobot]], Action]
+    consent: FleetConsent = FleetConsent()
+    timeout: float | None = None
+    journal: FleetJournalOptions = FleetJournalOptions(off=True)
+    compare: bool = False
+    matrix: bool = False
+
+
+def fleet_health(output: Output, connecting: FleetConnectOptions) -> None:
+    """Check each robot, and report how well it works.
+
+    Args:
+        output: where and how to report.
+        connecting: which robots, and how to connect.
+
+    Raises:
+        SpheroProbeError: as ``run_fleet`` does.
+    """
+    run_fleet(output, connecting, Asked(lambda _: HealthAction()))
+
+
+def fleet_sweep(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    options: SweepOptions,
+    *,
+    matrix: bool,
+) -> None:
+    """Probe ranges or a plan on each robot, and compare the robots.
+
+    Args:
+        output: where and how to report.
+        journal: which journals to keep.
+        connecting: which robots, and how to connect.
+        asking: what is allowed, and of which node.
+        options: what to ask.
+        matrix: formats with one list write the comparison.
+
+    Raises:
+        SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
+    """
+    made: dict[Generation, tuple[Plan, dict[str, str]]] = {}
+
+    def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
+        if options.plan:  # a file may make another plan for each robot
+            return sweep_plan(*subject[:3], options)
+        if subject.generation not in made:  # robots share the probes of a range
+            made[subject.generation] = sweep_plan(*subject[:3], options)
+        return made[subject.generation]
+
+    plan_for(_ANY)  # a mistake in the options shows before anything is connected
+    action = PlanAction("sweep", plan_for, asking.target)
+    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+
+
+def fleet_discover(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    options: Mapping[str, str],
+    *,
+    matrix: bool,
+) -> None:
+    """Map each robot, and compare the robots.
+
+    Args:
+        output: where and how to report.
+        journal: which journals to keep.
+        connecting: which robots, and how to connect.
+        asking: what is allowed, and of which node.
+        options: of ``discover``, as a journal keeps them.
+        matrix: formats with one list write the comparison.
+
+    Raises:
+        SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
+    """
+
+    def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
+        return discovery_plan(subject.generation, subject.target, dict(options)), dict(options)
+
+    plan_for(_ANY)
+    action = PlanAction("discover", plan_for, asking.target)
+    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+
+
+def fleet_led(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    front: str | None,
+    back: str | None,
+    leds: tuple[str, ...],
+    *,
+    off: bool,
+) -> None:
+    """Light each robot in another colour, or set the named LEDs on all.
+
+    Args:
+        output: where and how to report.
+        journal: which journals to keep.
+        connecting: which robots, and how to connect.
+        asking: what is allowed besides setting LEDs, and which node.
+        front: the colour of the front LED, None to leave it alone.
+        back: of the back LED.
+        leds: further ones, each ``NAME=RRGGBB``.
+        off: switch off every LED that is not named.
+
+    Raises:
+        SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
+    """
+    wanted = wanted_leds(front, back, leds)
+
+    def action_for(robots: Sequence[FleetRobot]) -> Action:
+        colours = None if wanted or off else colours_of(robots)
+        return LedAction(colours, wanted, off, asking.target)
+
+    asked = Asked(action_for, _consent(asking, Risk.WRITE), asking.timeout, journal)
+    run_fleet(output, connecting, asked)
+
+
+def run_fleet(
+    output: Output, connecting: FleetConnectOptions, asked: Asked, results: Results | None = None
+) -> None:
+    """Run an action on each robot, show progress, and report the robots; also after a signal.
+
+    Args:
+        output: where and how to report.
+        connecting: which robots, and how to connect.
+        asked: what to do.
+        results: is filled, also if the run ends early.
+
+    Raises:
+        IncompleteError: a robot has no complete result.
+        RefusedByPolicyError: a robot was refused.
+        InterruptedRunError: a signal ended the run.
+        SpheroProbeError: the robots cannot be found.
+    """
+    interrupts = Interrupts()
+    results = {} if results is None else results
+    compared = FleetMatrix()
+    endings: defaultdict[str, RunEnding] = defaultdict(RunEnding)
+
+    async def work() -> None:
+        robots = await chosen_robots(connecting)
+        action = asked.action_for(robots)
+        earlier = _earlier(robots, action, asked)
+        adapters = await adapters_for(robots, connecting)
+        results.update((robot.name, RobotResult(robot)) for robot in robots)
+        stop = asyncio.Event()
+        interrupts.stop_politely(stop)
+        options = RobotOptions(asked.consent, connecting.connect_timeout, asked.timeout, connecting.tolerate)
+        finished = {name: run.journal for name, run in earlier.items() if run.complete}
+
+        def journal_for(robot: FleetRobot) -> RunJournal:
+            run = earlier.get(robot.name)
+            resume = str(run.journal) if run else None
+            off = asked.journal.off or not action.command
+            return RunJournal(action.command, off=off, resume=resume, on_warning=warn)
+
+        fleet = Fleet(
+            *(robots, action, journal_for), options=options, adapters=adapters, stop=stop, finished=finished
+        )
+        with fleet_progress(results, output.color) as show:
+            async with aclosing(fleet.records()) as records:
+                async for robot, record in records:
+                    name = robot.name
+                    if isinstance(record, Heading | Finding | Note | Summary) and asked.compare:
+                        row = row_of(record)
+                        compared.add(name, row)
+                        endings[name].add(row)
+                    results[name].add(_explained(record, endings[name]))
+                    show(results[name])
+
+    try:
+        run_interruptible(interrupts, work())
+    finally:
+        if results:
+            _report(output, results, compared, matrix=asked.matrix)
+    _check(results, resumable=asked.compare and not asked.journal.off)
+
+
+def _asked(
+    action: PlanAction, asking: FleetAskOptions, journal: FleetJournalOptions, *, matrix: bool
+) -> Asked:
+    return Asked(*(lambda _: action, _consent(asking), asking.timeout, journal), compare=True, matrix=matrix)
+
+
+def _consent(asking: FleetAskOptions, *also: Risk) -> FleetConsent:
+    return FleetConsent(Consent.of(asking.allow, "", *also).allowed, frozenset(asking.confirm))
+
+
+def _earlier(robots: Sequence[FleetRobot], action: Action, asked: Asked) -> dict[str, EarlierRun]:
+    if not (asked.journal.resume and isinstance(action, PlanAction)):
+        return {}
+    return earlier_runs(robots, action, Consent(asked.consent.allowed))
+
+
+def _report(output: Output, results: Results, compared: FleetMatrix, *, matrix: bool) -> None:
+    comparison = compared.compared(results)
+    view = comparison.view if matrix and output.format != "table" else FLEET._replace(below=comparison.view)
+    with report(output, view) as rows:
+        for result in results.values():
+            rows.add(robot_result_row(result))
+        for row in comparison.rows():
+            rows.add(row)
+
+
+def _explained(record: FleetRecord, ending: RunEnding) -> FleetRecord:
+    """Return the record; the trouble of an incomplete run becomes the reasons that its records give."""
+    if isinstance(record, Ended) and record.trouble == INCOMPLETE:
+        return record._replace(trouble="; ".join(ending.reasons))
+    return record
+
+
+def _check(results: Results, *, resumable: bool) -> None:
+    """Check that every robot is done.
+
+    Raises:
+        RefusedByPolicyError: a robot was refused.
+        IncompleteError: another one has no complete result.
+    """
+    ended = [(result.name, result.ended) for result in results.values() if result.ended]
+    troubled = [(name, end) for name, end in ended if end.status is not Status.DONE]
+    if not troubled:
+        return
+    refused = [(name, end) for name, end in troubled if end.status is Status.REFUSED]
+    many = f"{len(refused or troubled)} of {len(results)} robots"
+    named = [f"{name} ({end.trouble})" for name, end in (refused or troubled)[:_NAMED]]
+    more = [f"and {len(refused or troubled) - _NAMED} more"] if len(refused or troubled) > _NAMED else []
+    listed = ", ".join((*named, *more))
+    if refused:
+        raise RefusedByPolicyError(f"{many} refused: {listed}", refused[0][1].hint)
+    hint = "to finish what can be finished, repeat the command with --resume" if resumable else ""
+    raise IncompleteError(f"{many} without a complete result: {listed}", hint or troubled[0][1].hint)

@@ -1,0 +1,203 @@
+"""The subcommands of ``fleet`` and their options."""
+
+from functools import partial
+from typing import Final
+
+import click
+
+from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.fleet_options import (
+    adapters_option,
+    fleet_asking_options,
+    fleet_journal_options,
+    robots_options,
+)
+from sphero_probe.cli.options import output_options, seconds_option
+from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
+
+_SCAN_SECONDS: Final = 5.0
+_matrix = click.option(
+    "--matrix", is_flag=True, help="In plain and csv, write the matrix of commands and robots."
+)
+
+
+@click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
+def command() -> None:
+    """Run one action on many robots at once, and compare them.
+
+    The robots are those of a file, those named with --device, or all nearby. Bluetooth adapters are used in
+    turn. A robot that fails does not stop the others; the report says what went wrong. Exit code 5 means that
+    a robot has no complete result.
+
+    Example: sphero-probe fleet health --device fake:bolt-plus --device fake:rvr
+    """
+
+
+@command.command("health", cls=StrictCommand)
+@robots_options
+@output_options
+def health(output: Output, connecting: FleetConnectOptions) -> None:
+    """Check each robot: awake, firmware of each node, battery, round trips, dead nodes.
+
+    Example: sphero-probe fleet health --device fake:bolt-plus --device fake:rvr
+    """
+    from sphero_probe.cli.actions.fleet import fleet_health
+
+    fleet_health(output, connecting)
+
+
+@command.command("sweep", cls=StrictCommand, words_belong_to="--did")
+@click.option(
+    "--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.", shell_complete=offer("dids")
+)
+@click.option("--cid", metavar="IDS", help="Command ids.  [default: 0x00-0xff]")
+@click.option(
+    "--plan",
+    metavar="FILE",
+    help="A plan file, or the name of a shipped plan.",
+    shell_complete=offer("plans"),
+)
+@click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
+@_matrix
+@fleet_asking_options
+@robots_options
+@fleet_journal_options
+@partial(output_options, detail=True)
+def sweep(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    did: str | None,
+    cid: str | None,
+    plan: str | None,
+    payload: str | None,
+    *,
+    matrix: bool,
+) -> None:
+    """Probe ranges of commands, or a plan, on each robot, and list the commands in which they differ.
+
+    Every robot keeps a journal of its own, under the same rules as the command sweep.
+
+    Example: sphero-probe fleet sweep --did 0x13 --device fake:bolt-plus --device fake:bolt
+    """
+    from sphero_probe.cli.actions.fleet import fleet_sweep
+    from sphero_probe.cli.actions.sweep import SweepOptions
+
+    fleet_sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload), matrix=matrix)
+
+
+@command.command("discover", cls=StrictCommand)
+@click.option(
+    "--did", metavar="IDS", help="Only these device ids.  [default: all 256]", shell_complete=offer("dids")
+)
+@click.option("--lengths", is_flag=True, help="Also find the lengths that unknown commands accept.")
+@click.option("--values", is_flag=True, help="Also try other values where a value was rejected.")
+@_matrix
+@fleet_asking_options
+@robots_options
+@fleet_journal_options
+@partial(output_options, detail=True)
+def discover(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    did: str | None,
+    *,
+    lengths: bool,
+    values: bool,
+    matrix: bool,
+) -> None:
+    """Map each robot whole, and list the commands in which they differ.
+
+    Example: sphero-probe fleet discover --did power --device fake:bolt-plus --device fake:bolt
+    """
+    from sphero_probe.cli.actions.fleet import fleet_discover
+
+    wanted = {"lengths": str(int(lengths)), "values": str(int(values))} | ({"did": did} if did else {})
+    fleet_discover(output, journal, connecting, asking, wanted, matrix=matrix)
+
+
+@command.command("evidence", cls=StrictCommand)
+@click.option(
+    "--folder",
+    metavar="FOLDER",
+    help="Write what can be shared to this folder, two files per robot.  [default: write nothing]",
+    shell_complete=offer("files"),
+)
+@seconds_option(
+    "--idle",
+    least=1,
+    most=3600,
+    about="At the end, send nothing for this long, to see when each robot sleeps.",
+)
+@robots_options
+@output_options
+def evidence(output: Output, connecting: FleetConnectOptions, folder: str | None, idle: float | None) -> None:
+    """Collect evidence on each robot, under the same rules as the command evidence.
+
+    Example: sphero-probe fleet evidence --device fake:bolt-plus --device fake:rvr
+    """
+    from sphero_probe.cli.actions.fleet_evidence import fleet_evidence
+
+    fleet_evidence(output, connecting, folder, idle)
+
+
+@command.command("led", cls=StrictCommand)
+@click.option("--front", metavar="COLOUR", help="The front LED (on a Mini: the body): ff0000, f00 or red.")
+@click.option("--back", metavar="COLOUR", help="The back LED.")
+@click.option(
+    "--led",
+    "leds",
+    multiple=True,
+    metavar="NAME=COLOUR",
+    help="An LED by name; may be repeated.",
+    shell_complete=offer("leds"),
+)
+@click.option("--off", is_flag=True, help="Switch off all LEDs that are not named.")
+@fleet_asking_options
+@robots_options
+@partial(fleet_journal_options, resume=False)
+@output_options
+def led(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    front: str | None,
+    back: str | None,
+    leds: tuple[str, ...],
+    *,
+    off: bool,
+) -> None:
+    """Light each robot in another colour, to tell which is which; or set the named LEDs on all.
+
+    Example: sphero-probe fleet led --device fake:bolt-plus --device fake:rvr
+    """
+    from sphero_probe.cli.actions.fleet import fleet_led
+
+    fleet_led(output, journal, connecting, asking, front, back, leds, off=off)
+
+
+@command.command("scan", cls=StrictCommand)
+@seconds_option(
+    "--timeout", least=0.1, most=600, default=_SCAN_SECONDS, about="How long to listen.  [default: 5s]"
+)
+@click.option(
+    "--save",
+    metavar="FILE",
+    help="Write the robots to a fleet file (.toml or .csv), for --robots.",
+    shell_complete=offer("files"),
+)
+@adapters_option("adapters")
+@output_options
+def scan(output: Output, timeout: float, save: str | None, adapters: tuple[str, ...]) -> None:
+    """List the robots nearby through all adapters, and write them to a fleet file.
+
+    Example: sphero-probe fleet scan --timeout 3 --save class.toml
+    """
+    from sphero_probe.cli.actions.fleet_scan import fleet_scan
+
+    fleet_scan(output, timeout, save, adapters)

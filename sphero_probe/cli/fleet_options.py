@@ -1,0 +1,113 @@
+"""The options that the subcommands of ``fleet`` share.
+
+``--help`` imports this module, so it imports nothing but click.
+"""
+
+from typing import Any
+
+import click
+
+from sphero_probe.cli.complete.lazily import offer
+from sphero_probe.cli.gathered import Function, gather
+from sphero_probe.cli.options import ALLOW, CONNECT_TIMEOUT, TARGET, TIMEOUT, TOLERATE
+from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions
+
+
+def adapters_option(name: str) -> Function:
+    """Return ``--adapter``, which may be repeated.
+
+    Args:
+        name: of the parameter.
+    """
+    return click.option(
+        "--adapter",
+        name,
+        multiple=True,
+        metavar="NAME",
+        help="A Bluetooth adapter, like hci1; may be repeated.  [default: all]",
+    )
+
+
+def robots_options(function: Function) -> Function:
+    """Give a command the robots of a fleet and how to connect to them; it gets ``connecting``."""
+    return gather(
+        function,
+        "connecting",
+        FleetConnectOptions.checked,
+        click.option("--all", "connecting_everything", is_flag=True, help="All robots nearby."),
+        click.option(
+            "--robots",
+            "connecting_file",
+            metavar="FILE",
+            help="The robots of a fleet file (.toml or .csv), which fleet scan --save writes.",
+            shell_complete=offer("files"),
+        ),
+        click.option(
+            "-d",
+            "--device",
+            "connecting_devices",
+            multiple=True,
+            metavar="ROBOT",
+            callback=_check_devices,
+            help="A robot: name, address or fake:bolt-plus; repeat it for each robot.",
+            shell_complete=offer("devices"),
+        ),
+        adapters_option("connecting_adapters"),
+        click.option(
+            "--per-adapter",
+            "connecting_per_adapter",
+            type=click.IntRange(1, 64),
+            default=4,
+            metavar="N",
+            help="Robots connected through one adapter at a time.  [default: 4]",
+        ),
+        CONNECT_TIMEOUT,
+        TOLERATE,
+    )
+
+
+def fleet_asking_options(function: Function) -> Function:
+    """Give a command ``--target``, ``--timeout``, ``--allow`` and ``--confirm``; it gets ``asking``."""
+    return gather(
+        function,
+        "asking",
+        FleetAskOptions.checked,
+        TARGET,
+        TIMEOUT,
+        ALLOW,
+        click.option(
+            "--confirm",
+            "asking_confirm",
+            multiple=True,
+            metavar="NAME",
+            help="A robot's name, to allow the class brick on it; repeat it for each robot.",
+        ),
+    )
+
+
+def fleet_journal_options(function: Function, *, resume: bool = True) -> Function:
+    """Give a command ``--no-journal`` and ``--resume``; it gets ``journal``.
+
+    Args:
+        function: the command.
+        resume: with ``--resume``.
+    """
+    resuming = click.option(
+        "--resume",
+        "journal_resume",
+        is_flag=True,
+        help="Finish each robot's last run of this plan; what is finished is not sent again.",
+    )
+    return gather(
+        function,
+        "journal",
+        FleetJournalOptions.checked,
+        *((resuming,) if resume else ()),
+        click.option("--no-journal", "journal_off", is_flag=True, help="Write no journals."),
+    )
+
+
+def _check_devices(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> Any:
+    if any(not device.strip() for device in value):
+        raise click.BadParameter("a name is empty; --all uses all robots nearby", ctx, param)
+    return value
