@@ -150,7 +150,7 @@ def _toml_text(value: str) -> str:
 
 def _as_csv(robots: Iterable[FleetRobot]) -> str:
     out = io.StringIO(newline="")
-    writer = csv.writer(out, lineterminator="\n")
+    writer = csv.writer(out)  # its line ends, CR and LF, make it quote both within a label
     writer.writerow(KEYS)
     writer.writerows(robots)
     return out.getvalue()

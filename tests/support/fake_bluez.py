@@ -149,6 +149,11 @@ class FakeBlueZ:
         """Close every connection to the bus, as when dbus-daemon is restarted."""
         self._ask(self._bus.hang_up)
 
+    @property
+    def most_links(self) -> dict[str, int]:
+        """Name of an adapter -> the most links that it had at a time; without those that had none."""
+        return {path.rpartition("/")[2]: most for path, most in self._links.most_at_once.items()}
+
     def called(self, member: str) -> list[Call]:
         """Return the calls of one method, ``StartDiscovery``."""
         return [call for call in self.log if call.member == member]

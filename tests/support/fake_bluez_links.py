@@ -29,6 +29,7 @@ class Links:
     Attributes:
         objects: what clients see.
         devices: path -> a peripheral as one adapter knows it, discovered or not.
+        most_at_once: adapter -> the most links that it had at a time.
         methods: (interface, member) -> handler; it returns None if the reply was sent already or is sent
             later.
     """
@@ -36,6 +37,7 @@ class Links:
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
         self.devices: dict[str, Device] = {}
+        self.most_at_once: dict[str, int] = {}
         self.methods: dict[tuple[str, str], Callable[[Client, Message], Message | None]] = {
             (DEVICE, "Connect"): self._connect,
             (DEVICE, "Disconnect"): self._disconnect,
@@ -81,8 +83,7 @@ class Links:
         """Make another program on this machine connect to a robot, and stay connected."""
         if device.path not in self.objects:
             self.know(device)
-        device.connected = True
-        device.peripheral.start_connection()
+        self._link(device)
         self._tell_connected(device, up=True)
         self._discover(device)
 
@@ -131,11 +132,16 @@ class Links:
         if faults.connect_hangs or any(other.connected for other in self.of(peripheral)):
             device.connecting = client, call
             return
-        device.connected = True
-        peripheral.start_connection()
+        self._link(device)
         self._tell_connected(device, up=True)
         self.objects.reply(client, call)
         self._discover(device)
+
+    def _link(self, device: Device) -> None:
+        device.connected = True
+        device.peripheral.start_connection()
+        links = sum(one.connected for one in self.devices.values() if one.adapter == device.adapter)
+        self.most_at_once[device.adapter] = max(links, self.most_at_once.get(device.adapter, 0))
 
     def _fail_to_connect(self, device: Device, text: str) -> None:
         if text == ABORTED:
