@@ -4,11 +4,14 @@ from sphero_probe import errors, sync
 from sphero_probe.api.answer import Answer
 from sphero_probe.api.connecting import connect, discover, scan
 from sphero_probe.api.decoding import DecodedPacket, decode
+from sphero_probe.api.fleet import Fleet, FleetRun
 from sphero_probe.api.notifications import Notifications
 from sphero_probe.api.result import Run, load_run
 from sphero_probe.api.robot import ConnectedRobot
 from sphero_probe.api.running import RunningPlan
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.fleet.results import RobotResult
+from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.link.exchange import Answered, Blocked, LateResponse, Silent
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Summary
@@ -35,6 +38,9 @@ __all__ = [
     "Consent",
     "DecodedPacket",
     "Finding",
+    "Fleet",
+    "FleetRobot",
+    "FleetRun",
     "Generation",
     "Heading",
     "LateResponse",
@@ -48,6 +54,7 @@ __all__ = [
     "Request",
     "Response",
     "Risk",
+    "RobotResult",
     "Run",
     "RunningPlan",
     "Seen",

@@ -24,6 +24,7 @@ SAYS = {
     "custom_plan": ["1 power.get_battery_percentage success", "power.wake success"],
     "decode_capture": ["v2 response power.get_battery_percentage {'percentage': 95}", "v1 command core.ping"],
     "export_csv": ["did,cid,name,outcome,code,payload", "17,0,system_info.get_main_app_version,exists,0,"],
+    "fleet_sweep": ["SB-DE8E: Sphero BOLT, firmware", ": done", "0x13:0x0c only on fake:rvr"],
     "notebook_sync": ["BP-BE56 Sphero BOLT+", "49 %", "power.get_charger_state {'state': 'charged'}"],
     "set_leds": ["RV-B9D8 has the LEDs right_headlight, left_headlight"],
     "sweep_device": ["0x13:0x10  power.get_battery_percentage {'percentage': 49}"],
