@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import codec, modelled, peers, sweep
+from benchmarks import codec, fleet, modelled, peers, sweep
 from benchmarks.__main__ import main
 from benchmarks.corpus import (
     ANSWERS_ONLY,
@@ -194,3 +194,10 @@ def test_a_sweep_of_whole_devices_comes_near_its_link(interval: float, per_event
     assert swept.seconds / swept.limit < 1.2  # begin and end weigh more than in a sweep of all devices
     theirs = modelled.strategy_of_spherov2(cell, 0)
     assert theirs / modelled.sweep_of(cell, [0x13], 0).seconds > 20
+
+
+def test_a_fleet_is_measured_with_time_and_memory() -> None:
+    one = fleet.sweep(1, 15)
+    two = fleet.sweep(2, 15)
+    assert min(one.seconds, one.cpu) > 0
+    assert 10 < one.mebibytes <= two.mebibytes * 1.1

@@ -64,6 +64,7 @@ def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, t
     (tmp_path / "btsnoop_hci.log").write_bytes(CAPTURES["btsnoop 1002"]())
     if "replay:run.jsonl" in line:
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus", "--journal", "run.jsonl")
+    (tmp_path / "class.toml").write_text('[[robot]]\nname = "BP-1234"\n', encoding="utf-8")
     if "last" in line or line.startswith(("runs", "matrix")):
         cli("sweep", "--did", "0x13", "--device", "fake:bolt-plus")
     if "my-robot.json" in line:
