@@ -82,6 +82,8 @@ def test_the_matrix_leads_with_the_commands_in_which_robots_differ(cli: Cli) -> 
     assert "The robots differ in" in table
     assert "0x13:0x25" in table
     assert "--detail lists them" in table
+    page = cli("fleet", "sweep", *SWEEP, *devices(ONE, OTHER), "--format", "html").out
+    assert all(said in page for said in ("BP-5912", "power.get_battery_voltage_in_volts", 'id="below"'))
     written = cli("fleet", "sweep", *SWEEP, *devices(ONE, OTHER), "--format", "csv", "--matrix").out
     assert next(csv.DictReader(io.StringIO(written)))["cid"] == "0x03"
 

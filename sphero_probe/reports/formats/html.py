@@ -16,9 +16,12 @@ class HtmlList:
         self._out = out
         self._view = view
         self._rows: list[tuple[str, ...]] = []
+        self._below = HtmlList(out, view.below) if view.below else None
 
     def add(self, row: Row) -> None:
-        """Keep a row of the view's type."""
+        """Keep a row of the view's type, or of the view below it."""
+        if self._below:
+            self._below.add(row)
         if row.type == self._view.type:
             self._rows.append(tuple(column.render(row.data) for column in self._view.table_columns))
 
@@ -26,14 +29,21 @@ class HtmlList:
         """Write the page."""
         name = self._view.type.replace("_", " ")
         title = f"sphero-probe: {name}{'es' if name.endswith('s') else 's'}"
-        write_page(self._out, title, [("rows", "the list")], self._body())
+        places = [("rows", "the list"), *([("below", "the list below it")] if self._below else [])]
+        write_page(self._out, title, places, self._body())
 
     def _body(self) -> Iterator[str]:
+        yield from self._list("rows")
+        if self._below:
+            yield from self._below._list("below")  # noqa: SLF001 - another of this class
+
+    def _list(self, place: str) -> Iterator[str]:
+        """Write the list, with an id that links can name."""
         if not self._rows:
-            yield f'<p id="rows">{text(self._view.empty)}</p>\n'
+            yield f'<p id="{place}">{text(self._view.empty)}</p>\n'
         elif self._view.upright:
             for at, row in enumerate(self._rows):
-                yield "<dl>" if at else '<dl id="rows">'
+                yield "<dl>" if at else f'<dl id="{place}">'
                 yield "".join(
                     f"<dt>{text(column.title)}</dt><dd>{text(cell, limit=None)}</dd>\n"
                     for column, cell in zip(self._view.table_columns, row, strict=True)
@@ -41,13 +51,14 @@ class HtmlList:
                 )
                 yield "</dl>\n"
         else:
-            yield from self._table()
+            yield from self._table(place)
 
-    def _table(self) -> Iterator[str]:
+    def _table(self, place: str) -> Iterator[str]:
         columns = self._view.table_columns
         kept = [at for at in range(len(columns)) if any(row[at] for row in self._rows)]
-        yield search_box()
-        yield '<div class="wide"><table class="list" id="rows"><caption>'
+        if place == "rows":
+            yield search_box()
+        yield f'<div class="wide"><table class="list" id="{place}"><caption>'
         yield f"{len(self._rows)} {'row' if len(self._rows) == 1 else 'rows'}</caption>\n<thead><tr>"
         yield "".join(f'<th scope="col">{text(columns[at].title)}</th>' for at in kept)
         yield "</tr></thead>\n<tbody>"
