@@ -30,6 +30,12 @@ class Adapter:
     """
 
     def __init__(self, name: str, turn: asyncio.Lock | None = None) -> None:
+        """Describe a way to robots.
+
+        Args:
+            name: as the attribute.
+            turn: held while a robot is connected, None where robots need not take turns.
+        """
         self.name = name
         self.connections = 0
         self._turn = turn
@@ -41,29 +47,29 @@ class Adapter:
         Raises:
             SpheroProbeError: the robot cannot be reached.
         """
-        if self._turn is None:
+        turn = self._turn
+        if turn is None:
             async with open_transport(address, options) as connection:
                 yield connection
             return
         options = options._replace(adapter=self.name)
+
+        async def connect(to: DeviceAddress) -> Connection:
+            if turn.locked():
+                options.on_step("wait for the adapter")
+            async with turn:
+                return await line.enter_async_context(open_transport(to, options))
+
         async with AsyncExitStack() as line:
-            connection = await self._connect(line, address, options)
+            connection = await connect(address)
             reached = DeviceAddress(_RADIO, connection.address.partition(":")[2])
 
             @asynccontextmanager
             async def again() -> AsyncIterator[Connection]:
                 await line.aclose()
-                yield await self._connect(line, reached, options)
+                yield await connect(reached)
 
             yield connection._replace(again=again)
-
-    async def _connect(
-        self, line: AsyncExitStack, address: DeviceAddress, options: OpenOptions
-    ) -> Connection:
-        if self._turn is None or self._turn.locked():
-            options.on_step("wait for the adapter")
-        async with self._turn or asyncio.Lock():
-            return await line.enter_async_context(open_transport(address, options))
 
 
 class Adapters:
@@ -76,7 +82,7 @@ class Adapters:
             names: of the adapters; an empty name is the system's choice.
             per_adapter: connections on each at a time.
         """
-        self._adapters = [Adapter(name, asyncio.Lock()) for name in names]
+        self._adapters = [Adapter(name, asyncio.Lock()) for name in dict.fromkeys(names)]
         self._places = asyncio.Semaphore(per_adapter * len(self._adapters))
 
     @asynccontextmanager

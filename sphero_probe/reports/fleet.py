@@ -53,10 +53,11 @@ def _health(health: Health | None) -> dict[str, object]:
 def _battery(battery: Battery | None) -> dict[str, object]:
     """Return the facts about a battery: ``{"percentage": "87 %"}``."""
     facts = battery.facts if battery else ()
+    named = {fact.name.rpartition(" ")[2]: measured(fact_row(fact).data) for fact in facts}
     return {
-        fact.name.rpartition(" ")[2].removeprefix("battery_"): measured(fact_row(fact).data)
-        for fact in facts
-        if "battery" in fact.name or "state" in fact.name
+        name.removeprefix("battery_"): value
+        for name, value in named.items()
+        if "battery" in name or "state" in name
     }
 
 
