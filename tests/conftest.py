@@ -20,6 +20,10 @@ settings.register_profile("suite", deadline=None, max_examples=40)
 settings.load_profile("suite")
 
 
+LEFT_OUT = ("sphero_probe.__main__", "sphero_probe.fleet.dask.")
+"""Modules that are not imported before all tests: the program, and what takes a second and an extra."""
+
+
 @pytest.fixture
 def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Cli:
     """Run the command line in this process and tell how it ended."""
@@ -78,7 +82,7 @@ def _unmeasured() -> Iterator[None]:
 def pytest_collection() -> Generator[None, object, object]:
     """Import the whole tool, for coverage must see it whichever test comes first; then collect the tests."""
     for module in pkgutil.walk_packages(sphero_probe.__path__, "sphero_probe."):
-        if not module.name.endswith("__main__"):
+        if not module.name.startswith(LEFT_OUT):
             importlib.import_module(module.name)
     with _unmeasured():
         return (yield)

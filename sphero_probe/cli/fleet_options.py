@@ -3,14 +3,17 @@
 ``--help`` imports this module, so it imports nothing but click.
 """
 
-from typing import Any
+import re
+from typing import Any, Final
 
 import click
 
 from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.gathered import Function, gather
-from sphero_probe.cli.options import ALLOW, CONNECT_TIMEOUT, TARGET, TIMEOUT, TOLERATE
+from sphero_probe.cli.options import ALLOW, CONNECT_TIMEOUT, TARGET, TIMEOUT, TOLERATE, seconds_option
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions
+
+_SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:]+\]|[A-Za-z0-9._-]+):[0-9]{1,5}")
 
 
 def adapters_option(name: str) -> Function:
@@ -28,6 +31,52 @@ def adapters_option(name: str) -> Function:
     )
 
 
+def per_adapter_option(name: str) -> Function:
+    """Return ``--per-adapter``.
+
+    Args:
+        name: of the parameter.
+    """
+    return click.option(
+        "--per-adapter",
+        name,
+        type=click.IntRange(1, 64),
+        default=4,
+        metavar="N",
+        help="Robots connected through one adapter at a time.  [default: 4]",
+    )
+
+
+def scheduler_option(name: str, *, about: str, **more: Any) -> Function:
+    """Return ``--scheduler``.
+
+    Args:
+        name: of the parameter.
+        about: the help text.
+        **more: as ``click.option`` takes them.
+    """
+    return click.option("--scheduler", name, metavar="ADDRESS", callback=_check_scheduler, help=about, **more)
+
+
+def devices_option(name: str, about: str) -> Function:
+    """Return ``--device``, which may be repeated.
+
+    Args:
+        name: of the parameter.
+        about: the help text.
+    """
+    return click.option(
+        "-d",
+        "--device",
+        name,
+        multiple=True,
+        metavar="ROBOT",
+        callback=_check_devices,
+        help=about,
+        shell_complete=offer("devices"),
+    )
+
+
 def robots_options(function: Function) -> Function:
     """Give a command the robots of a fleet and how to connect to them; it gets ``connecting``."""
     return gather(
@@ -42,24 +91,22 @@ def robots_options(function: Function) -> Function:
             help="The robots of a fleet file (.toml or .csv), which fleet scan --save writes.",
             shell_complete=offer("files"),
         ),
-        click.option(
-            "-d",
-            "--device",
-            "connecting_devices",
-            multiple=True,
-            metavar="ROBOT",
-            callback=_check_devices,
-            help="A robot: name, address or fake:bolt-plus; repeat it for each robot.",
-            shell_complete=offer("devices"),
+        devices_option(
+            "connecting_devices", "A robot: name, address or fake:bolt-plus; repeat it for each robot."
         ),
         adapters_option("connecting_adapters"),
-        click.option(
-            "--per-adapter",
-            "connecting_per_adapter",
-            type=click.IntRange(1, 64),
-            default=4,
-            metavar="N",
-            help="Robots connected through one adapter at a time.  [default: 4]",
+        per_adapter_option("connecting_per_adapter"),
+        scheduler_option(
+            "connecting_scheduler",
+            default="",
+            about="Use the robots that the workers of this Dask scheduler reach: tcp://HOST:PORT.",
+        ),
+        seconds_option(
+            "--wait",
+            "connecting_wait",
+            least=1,
+            most=86400,
+            about="How long to wait for a worker that reaches a robot.  [default: 1m]",
         ),
         CONNECT_TIMEOUT,
         TOLERATE,
@@ -105,6 +152,12 @@ def fleet_journal_options(function: Function, *, resume: bool = True) -> Functio
         *((resuming,) if resume else ()),
         click.option("--no-journal", "journal_off", is_flag=True, help="Write no journals."),
     )
+
+
+def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str) -> str:
+    if value and not _SCHEDULER.fullmatch(value):
+        raise click.BadParameter(f"'{value}' is no address; write it like tcp://127.0.0.1:8786", ctx, param)
+    return value
 
 
 def _check_devices(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> Any:

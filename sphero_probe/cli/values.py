@@ -96,6 +96,8 @@ class FleetConnectOptions(NamedTuple):
         per_adapter: connections on each adapter at a time.
         connect_timeout: seconds for scanning, and for each step of connecting.
         tolerate: in what an answer may differ from what it should be and still count.
+        scheduler: of Dask, whose workers reach the robots; empty if this host does.
+        wait: seconds to wait for a worker that reaches a robot, None for the usual time.
     """
 
     everything: bool = False
@@ -105,13 +107,15 @@ class FleetConnectOptions(NamedTuple):
     per_adapter: int = 4
     connect_timeout: float = 10.0
     tolerate: tuple[str, ...] = ()
+    scheduler: str = ""
+    wait: float | None = None
 
     @classmethod
     def checked(cls, **options: Any) -> Self:
         """Return the options, as the attributes are called.
 
         Raises:
-            UsageError: the robots are named in no way, or in several.
+            UsageError: the robots are named in no way, or in several, or options exclude each other.
         """
         connecting = cls(**options)
         ways = (connecting.everything, connecting.file is not None, bool(connecting.devices))
@@ -119,6 +123,10 @@ class FleetConnectOptions(NamedTuple):
             raise UsageError("no robot is named", "add --all, --robots FILE, or --device for each robot")
         if sum(ways) > 1:
             raise UsageError("--all, --robots and --device exclude each other")
+        if connecting.scheduler and connecting.adapters:
+            raise UsageError("--scheduler and --adapter exclude each other", "give --adapter to fleet worker")
+        if connecting.wait is not None and not connecting.scheduler:
+            raise UsageError("--wait needs --scheduler")
         return connecting
 
 

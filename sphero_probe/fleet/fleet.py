@@ -84,6 +84,13 @@ class Fleet:
         if self._bugs:
             raise self._bugs[0]
 
+    def _on_robot(
+        self, robot: FleetRobot, on_step: Callable[[str], None]
+    ) -> AsyncGenerator[FleetRecord, None]:
+        """Yield what happens on one robot, an ``Ended`` at last."""
+        journal = self._journal_for(robot)
+        return run_on_robot(robot, self._action, self._options, self._adapters, journal, self.stop, on_step)
+
     async def _work(self, robot: FleetRobot) -> None:
         """Put the records of one robot into the queue."""
 
@@ -97,9 +104,7 @@ class Fleet:
                     await self._queue.put((robot, recorded))
                 await self._queue.put((robot, Ended(Status.DONE, journal=str(path))))
                 return
-            journal = self._journal_for(robot)
-            arguments = (self._action, self._options, self._adapters, journal, self.stop, on_step)
-            async with aclosing(run_on_robot(robot, *arguments)) as records:
+            async with aclosing(self._on_robot(robot, on_step)) as records:
                 async for record in records:
                     await self._queue.put((robot, record))
         except SpheroProbeError as error:  # the journal cannot be read any more

@@ -131,10 +131,16 @@ async def run_on_robot(
                         yield record
         yield Ended(Status.DONE, journal=journal.place)
     except SpheroProbeError as error:
-        yield Ended(_status(error, reached=reached), str(error), error.hint, journal.place)
+        yield Ended(status_of(error, reached=reached), str(error), error.hint, journal.place)
 
 
-def _status(error: SpheroProbeError, *, reached: bool) -> Status:
+def status_of(error: SpheroProbeError, *, reached: bool) -> Status:
+    """Return how the work on a robot ended that raised an error.
+
+    Args:
+        error: what it raised.
+        reached: the robot was connected.
+    """
     if isinstance(error, RefusedByPolicyError):
         return Status.REFUSED
     if isinstance(error, IncompleteError) or (isinstance(error, LinkLostError) and reached):

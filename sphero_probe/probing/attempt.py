@@ -1,5 +1,6 @@
 """A probe that is ready to be sent, and its result, as values."""
 
+from collections.abc import Awaitable, Callable
 from typing import NamedTuple
 
 from sphero_probe.catalogue.model import CommandRow
@@ -31,6 +32,13 @@ class PreparedProbe(NamedTuple):
     wait_until: float = 0.0
     is_wrong_length: bool = False
     may_exist: bool = False
+
+
+Announce = Callable[[PreparedProbe], Awaitable[None]]
+"""Waits until the intent to send a probe is recorded where the death of this process cannot undo it.
+
+It is awaited before a probe above the class ``probe`` is sent, where another process keeps the record.
+"""
 
 
 class ProbeResult(NamedTuple):

@@ -4,13 +4,14 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.events import ExchangeEnded
 from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.link.link import Link
 from sphero_probe.link.unsolicited import describe_unsolicited
+from sphero_probe.probing.attempt import Announce, PreparedProbe
 from sphero_probe.probing.calibrator import Calibrator, Wanted
 from sphero_probe.probing.comparison import comparisons
 from sphero_probe.probing.exchange_notes import exchange_notes, exchanges_kept
@@ -32,9 +33,6 @@ from sphero_probe.probing.verification import contradiction, is_verified
 from sphero_probe.protocol.packets import Malformed
 from sphero_probe.session.reconnect import Reconnect, Reconnector
 
-if TYPE_CHECKING:
-    from sphero_probe.probing.attempt import PreparedProbe
-
 _KEPT_UNSOLICITED: Final = 256
 """Unsolicited packets that are kept to explain why a robot answers nothing."""
 _BETWEEN_STAGES: Final = 0.5
@@ -52,6 +50,7 @@ class Engine:
         target: the node for probes that name none; None sends no addresses.
         stop: set it to send nothing more and end once nothing is in flight.
         recorder: records every intent and record as it happens.
+        announce: see ``Announce``; None if the recorder needs no waiting.
         earlier: what an interrupted run already settled.
         reconnect: connects to the same robot again; None never reconnects.
         line: how the robot is reached, for the heading: ``BLE`` or ``UART``.
@@ -66,6 +65,7 @@ class Engine:
     target: int | None = None
     stop: asyncio.Event = field(default_factory=asyncio.Event)
     recorder: Recorder = field(default_factory=NullRecorder)
+    announce: Announce | None = None
     earlier: PreviousResults = field(default_factory=PreviousResults)
     reconnect: Reconnect | None = None
     line: str = ""
@@ -84,7 +84,7 @@ class Engine:
     def __post_init__(self) -> None:
         self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
         self._prober = Prober(self._line, self.target)
-        self._prober.intend = self.recorder.intend
+        self._prober.announce, self._prober.intend = self.announce, self.recorder.intend
         self._executions = Executions(self._prober, self._notes.append)
         self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions, self._notes.append)
         health = self._pipeline.health

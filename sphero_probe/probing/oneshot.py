@@ -11,7 +11,7 @@ from sphero_probe.link.exchange import Silent
 from sphero_probe.link.link import Link
 from sphero_probe.link.pacing import MAX_ATTEMPTS
 from sphero_probe.link.wrong_lengths import is_wrong_length
-from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
+from sphero_probe.probing.attempt import Announce, PreparedProbe, ProbeResult
 from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.judge import finding_of
 from sphero_probe.probing.plan import Plan, Probe
@@ -23,7 +23,11 @@ from sphero_probe.session.reconnect import Reconnector
 
 
 async def send_once(
-    link: Link, command: Command, number: int = 1, intend: Callable[[PreparedProbe], None] | None = None
+    link: Link,
+    command: Command,
+    number: int = 1,
+    intend: Callable[[PreparedProbe], None] | None = None,
+    announce: Announce | None = None,
 ) -> Finding:
     """Send exactly this command; if no answer arrives, wake the robot and send it again if its class allows.
 
@@ -34,12 +38,14 @@ async def send_once(
         command: to send, with payload and node.
         number: of the finding.
         intend: called before each time the command is sent.
+        announce: awaited before a command above the class ``probe`` is sent.
 
     Raises:
         LinkLostError: the link was lost.
     """
     prober = Prober(Reconnector(link, command.target), command.target)
     prober.intend = intend or prober.intend
+    prober.announce = announce
     filled = prober.fill(number, Probe(command, exact=True))
     if is_wrong_length(filled.command, filled.knowledge):
         await prober.calibrate(command.target, [command.did])

@@ -13,7 +13,7 @@ from sphero_probe.link.length_checks import REJECTIONS_WANTED
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.wrong_lengths import WRONG_LENGTH, is_impossible
-from sphero_probe.probing.attempt import PreparedProbe, ProbeResult
+from sphero_probe.probing.attempt import Announce, PreparedProbe, ProbeResult
 from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters
 from sphero_probe.probing.plan import Probe
@@ -53,6 +53,7 @@ class Prober:
         profiles: node -> what calibration measured on it.
         devices: node and device -> what calibration measured of it.
         claimed: node, device and command ids that the robot lists as its own.
+        announce: awaited before each probe above the class ``probe``, None to wait for nothing.
         intend: called with each probe before each time it is sent.
         line: to the robot.
         target: the address byte of the robot's usual node.
@@ -63,11 +64,13 @@ class Prober:
         self.profiles: dict[int | None, NodeProfile] = {}
         self.devices: dict[tuple[int | None, int], DeviceProfile] = {}
         self.claimed: set[tuple[int | None, int, int]] = set()
+        self.announce: Announce | None = None
         self.intend: Callable[[PreparedProbe], None] = _forget
         self.line = line
         self.target = target
         self.loss = LossEstimate()
         self._proved: set[tuple[int | None, int]] = set()
+        self._announced = asyncio.Lock()
         self._absent: set[tuple[int | None, int]] = set()
         self._nodes: dict[int | None, Calibration] = {}
         self._calibrations: dict[tuple[int | None, int], DeviceCalibration] = {}
@@ -231,6 +234,15 @@ class Prober:
         """
         if probe.blocked:
             return ProbeResult(Blocked(probe.command, probe.risk, probe.blocked), 0)
+        if self.announce and max(probe.risk, self.link.policy.assess(probe.command).risk) > Risk.PROBE:
+            async with self._announced:  # one at a time: what is announced and not sent counts as sent
+                await self.announce(probe)
+                return await self._ask(probe, before_sending, alone=alone)
+        return await self._ask(probe, before_sending, alone=alone)
+
+    async def _ask(
+        self, probe: PreparedProbe, before_sending: Callable[[], None] | None, *, alone: bool
+    ) -> ProbeResult:
         woken = False
         pause = BUSY_PAUSE
 

@@ -106,6 +106,15 @@ class Journal:
         self._write(encode(opening))
         self.resumable = True
 
+    def append(self, lines: bytes) -> None:
+        """Write whole lines of this run that another process has made.
+
+        Raises:
+            OutputError: they cannot be written.
+        """
+        self._write(lines)
+        self.resumable = True
+
     def intend(self, probe: PreparedProbe) -> None:
         """Write that a probe is about to be sent.
 

@@ -18,11 +18,13 @@ from sphero_probe.errors import (
     UsageError,
 )
 from sphero_probe.link.policy import Consent
-from sphero_probe.probing.attempt import PreparedProbe
+from sphero_probe.probing.attempt import Announce, PreparedProbe
 from sphero_probe.probing.finding import Record
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import PreviousResults
-from sphero_probe.runs.decode import Opening, digest_of
+from sphero_probe.runs.decode import Opening, decode, digest_of
+from sphero_probe.runs.encode import encode
+from sphero_probe.runs.fields import parse
 from sphero_probe.runs.journal import Journal, check_same_robot
 from sphero_probe.runs.overview import last_to_resume
 from sphero_probe.runs.store import LAST, create_journal, find_journal
@@ -35,6 +37,7 @@ class RunJournal:
     Attributes:
         command: the command that runs: ``sweep``, ``send``, …
         journal: the open journal; None if none is kept, or the robot is not known yet.
+        announce: None: a line that is written to a file outlives this process.
         options: the options that select what to send, for the journal's first line; set by the command.
     """
 
@@ -58,6 +61,7 @@ class RunJournal:
         """
         self.command = command
         self.journal: Journal | None = None
+        self.announce: Announce | None = None
         self.options: dict[str, str] = {}
         self._file, self._off, self._resume = file, off, resume
         self._on_warning = on_warning
@@ -154,16 +158,34 @@ class RunJournal:
         elif self.journal:
             self.journal.open(opening)
         elif not self._off:
-            self._begin_in_folder(opening)
+            self._begin_in_folder(opening, encode(opening))
 
-    def _begin_in_folder(self, opening: Opening) -> None:
+    def append(self, lines: bytes) -> None:
+        """Write whole lines of this run that another process has made.
+
+        Args:
+            lines: of the journal; those of a new run begin with the opening.
+
+        Raises:
+            BadLineError: the first line of a new journal is not an opening.
+            OutputError: a journal that the user named cannot be written.
+        """
+        if self.journal:
+            self.journal.append(lines)
+        elif not self._off:
+            opening = decode(parse(lines.partition(b"\n")[0]), None)
+            assert isinstance(opening, Opening)
+            self._begin_in_folder(opening, lines)
+
+    def _begin_in_folder(self, opening: Opening, lines: bytes) -> None:
         try:
             self.journal = create_journal(opening.device, opening.plan, now=datetime.now(UTC))
-            self.journal.open(opening)
+            self.journal.append(lines)
         except OutputError as error:
             if self.journal:
                 self.journal.close()
                 self.journal = None
+            self._off = True
             self._on_warning(f"no journal is kept: {error}")
 
     def intend(self, probe: PreparedProbe) -> None:

@@ -36,6 +36,7 @@ def engine_for(
     return Engine(
         *(plan, session.link, session.connection.name, target, stop),
         recorder=recorder or journal or NullRecorder(),
+        announce=journal.announce if journal else None,
         earlier=journal.earlier if journal else PreviousResults(),
         reconnect=session.reconnect,
         line=session.connection.line,

@@ -58,7 +58,7 @@ async def send_each(
     found: list[Finding] = []
     try:
         for number, command in enumerate(commands, 1):
-            finding = await send_once(link, command, number, recorder.intend)
+            finding = await send_once(link, command, number, recorder.intend, journal.announce)
             found.append(finding)
             yield finding
             recorder.record(finding)

@@ -97,7 +97,13 @@ RATES = {"rate"}
 
 
 def test_every_option_that_counts_seconds_is_a_time() -> None:
-    assert {param.values[1] for param in TIMES} == {"--connect-timeout", "--idle", "--seconds", "--timeout"}
+    assert {param.values[1] for param in TIMES} == {
+        "--connect-timeout",
+        "--idle",
+        "--seconds",
+        "--timeout",
+        "--wait",
+    }
     for command in COMMANDS.values():
         for option in command.params:
             is_number = isinstance(option.type, click.FloatRange | click.types.FloatParamType)

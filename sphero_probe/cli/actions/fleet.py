@@ -4,6 +4,7 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import aclosing
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
@@ -12,7 +13,7 @@ from sphero_probe.cli.actions.led import wanted_leds
 from sphero_probe.cli.actions.sweep import SweepOptions
 from sphero_probe.cli.actions.sweep import plan_of as sweep_plan
 from sphero_probe.cli.fleet_progress import fleet_progress
-from sphero_probe.cli.fleet_robots import adapters_for, chosen_robots
+from sphero_probe.cli.fleet_robots import chosen_robots, fleet_for
 from sphero_probe.cli.messages import warn
 from sphero_probe.cli.output import report
 from sphero_probe.cli.run import row_of
@@ -20,7 +21,6 @@ from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
 from sphero_probe.errors import IncompleteError, RefusedByPolicyError
 from sphero_probe.fleet.action import Action
-from sphero_probe.fleet.fleet import Fleet
 from sphero_probe.fleet.health import HealthAction
 from sphero_probe.fleet.lights import LedAction, colours_of
 from sphero_probe.fleet.on_robot import FleetConsent, RobotOptions
@@ -101,6 +101,8 @@ def fleet_sweep(
     Raises:
         SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
     """
+    if options.plan and Path(options.plan).is_file():  # workers run in other folders
+        options = options._replace(plan=str(Path(options.plan).absolute()))
     made: dict[Generation, tuple[Plan, dict[str, str]]] = {}
 
     def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
@@ -208,7 +210,6 @@ def run_fleet(
         robots = await chosen_robots(connecting)
         action = asked.action_for(robots)
         earlier = _earlier(robots, action, asked)
-        adapters = await adapters_for(robots, connecting)
         results.update((robot.name, RobotResult(robot)) for robot in robots)
         stop = asyncio.Event()
         interrupts.stop_politely(stop)
@@ -221,8 +222,8 @@ def run_fleet(
             off = asked.journal.off or not action.command
             return RunJournal(action.command, off=off, resume=resume, on_warning=warn)
 
-        fleet = Fleet(
-            *(robots, action, journal_for), options=options, adapters=adapters, stop=stop, finished=finished
+        fleet = await fleet_for(
+            connecting, robots, action, journal_for, options=options, stop=stop, finished=finished
         )
         with fleet_progress(results, output.color) as show:
             async with aclosing(fleet.records()) as records:

@@ -8,9 +8,12 @@ import click
 from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.fleet_options import (
     adapters_option,
+    devices_option,
     fleet_asking_options,
     fleet_journal_options,
+    per_adapter_option,
     robots_options,
+    scheduler_option,
 )
 from sphero_probe.cli.options import output_options, seconds_option
 from sphero_probe.cli.strict import StrictCommand
@@ -201,3 +204,42 @@ def scan(output: Output, timeout: float, save: str | None, adapters: tuple[str, 
     from sphero_probe.cli.actions.fleet_scan import fleet_scan
 
     fleet_scan(output, timeout, save, adapters)
+
+
+@command.command("worker", cls=StrictCommand)
+@scheduler_option(
+    "scheduler", required=True, about="The Dask scheduler: tcp://HOST:PORT, or tls://HOST:PORT."
+)
+@devices_option("devices", "A robot to offer; repeat it for each robot.  [default: those that scans find]")
+@adapters_option("adapters")
+@per_adapter_option("per_adapter")
+@seconds_option(
+    "--timeout",
+    least=0.1,
+    most=600,
+    default=_SCAN_SECONDS,
+    about="How long each scan listens.  [default: 5s]",
+)
+@click.option(
+    "--listen",
+    metavar="ADDRESS",
+    help="Let other machines connect to this worker at this IP address.  [default: 127.0.0.1 only]",
+)
+def worker(
+    scheduler: str,
+    devices: tuple[str, ...],
+    adapters: tuple[str, ...],
+    per_adapter: int,
+    timeout: float,
+    listen: str | None,
+) -> None:
+    """Offer the robots near this host to fleet commands on other hosts, through a Dask scheduler.
+
+    It needs the extra dask. Anyone who can reach the scheduler can run code on this host. The worker ends
+    when the scheduler does, and on Ctrl-C; other workers that reach its robots then finish their runs.
+
+    Example: sphero-probe fleet worker --scheduler tcp://127.0.0.1:8786 --device fake:bolt-plus
+    """
+    from sphero_probe.cli.actions.fleet_worker import serve_fleet
+
+    serve_fleet(scheduler, devices, adapters, per_adapter, timeout, listen)
