@@ -54,7 +54,15 @@ ENTRIES = st.one_of(
         Opening, TEXTS, TEXTS, TEXTS, NAMED, TEXTS, TEXTS, st.sampled_from(Generation), TEXTS, TEXTS, WORDS
     ),
     st.builds(Heading, TEXTS, TEXTS, TEXTS, NAMED, TEXTS, TEXTS, WORDS, NAMED, TEXTS),
-    st.builds(Summary, st.dictionaries(st.sampled_from(Outcome), NUMBERS), SECONDS, NUMBERS, st.booleans()),
+    st.builds(
+        Summary,
+        st.dictionaries(st.sampled_from(Outcome), NUMBERS),
+        SECONDS,
+        NUMBERS,
+        NUMBERS,
+        st.booleans(),
+        NAMED,
+    ),
 )
 
 
