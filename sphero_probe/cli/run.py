@@ -10,6 +10,7 @@ from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
+from sphero_probe.cli.next_step import suggest_next
 from sphero_probe.cli.output import report
 from sphero_probe.cli.overview import overview
 from sphero_probe.cli.remarks import RemarkingRecorder
@@ -100,6 +101,7 @@ def run_plan(
             baseline.keep()
             raise IncompleteError(ending.message())
     baseline.finish()
+    suggest_next(journal.journal.path if journal.journal else None, heading, output)
     return heading
 
 

@@ -59,6 +59,7 @@ class Engine:
         line: how the robot is reached, for the heading: ``BLE`` or ``UART``.
         on_step: called with the name of each step of the introduction as it begins.
         findings: so far, in the order they were settled.
+        total: probes of the stages that have begun.
     """
 
     plan: Plan
@@ -72,6 +73,7 @@ class Engine:
     line: str = ""
     on_step: Callable[[str], None] = lambda _: None
     findings: list[Finding] = field(default_factory=list)
+    total: int = 0
     _prober: Prober = field(init=False)
     _line: Reconnector = field(init=False)
     _pipeline: Pipeline = field(init=False)
@@ -80,7 +82,6 @@ class Engine:
     _results: Results = field(init=False)
     _meter: ProgressMeter = field(init=False)
     _verifier: Verifier = field(init=False)
-    _total: int = 0
     _notes: list[Note] = field(default_factory=list)
     _unsolicited: list[Unsolicited] = field(default_factory=list)
 
@@ -211,9 +212,9 @@ class Engine:
 
     async def _stage(self, probes: Sequence[Probe], index: int) -> AsyncIterator[Record]:
         """Send the probes of one stage, then the silent ones again; yield their findings."""
-        first = self._total + 1
-        self._total += len(probes)
-        self._pipeline.silent.loss.probes = self._total
+        first = self.total + 1
+        self.total += len(probes)
+        self._pipeline.silent.loss.probes = self.total
         now = asyncio.get_running_loop().time
         if index:
             self._meter.calibrate(index, now())

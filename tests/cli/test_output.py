@@ -21,6 +21,7 @@ from sphero_probe.reports.rows import fact_row
 from sphero_probe.reports.streams import takes_unicode
 from sphero_probe.reports.views import FACTS
 from tests.support.cli import Cli
+from tests.support.terminal import on_terminal
 
 STREAMING = ("sphero.set_data_streaming 0028000100006000 00", "--allow", "write", "--device", "fake:bb8")
 AT_ONCE = [name for name in FORMATS if name not in PAGES]
@@ -106,27 +107,6 @@ def test_listen_to_a_reader_that_is_gone_ends_quietly(cli: Cli, monkeypatch: pyt
     monkeypatch.setattr("sys.stdout", Gone())
     ran = cli("listen", "--seconds", "20", "--format", "jsonl", "--send", *STREAMING)
     assert (ran.code, ran.err) == (OutputError.exit_code, "")
-
-
-class Terminal(io.StringIO):
-    """What a terminal was sent."""
-
-    encoding = "utf-8"
-
-    def isatty(self) -> bool:
-        return True
-
-
-def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    """Put a terminal of 80 columns behind both standard streams."""
-    for name in ("LC_ALL", "LC_CTYPE", "LANG", "NO_COLOR", "FORCE_COLOR", "PYTHONUTF8", "PYTHONIOENCODING"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "80")
-    terminal = Terminal()
-    monkeypatch.setattr("sys.stdout", terminal)
-    monkeypatch.setattr("sys.stderr", terminal)
-    return terminal
 
 
 @pytest.mark.parametrize(
@@ -252,5 +232,5 @@ def test_a_terminal_shows_the_run_on_one_screen_when_the_report_goes_to_a_file(
     told = re.split(r"\x1b\[[0-9;?]*[A-Za-z]|\r", terminal.getvalue())[-1].splitlines()
     assert told[0].startswith("Sphero BOLT SB-DE8E over BLE, firmware: ")
     assert told[1].startswith("2816 probes: ")
-    assert told[-1] == f"The whole report is in {tmp_path / 'map.jsonl'}."
+    assert f"The whole report is in {tmp_path / 'map.jsonl'}." in told[-3:]
     assert len(told) < 24
