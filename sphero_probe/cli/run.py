@@ -1,14 +1,16 @@
 """Runs a plan, reports it and keeps its journal, for ``sweep``, ``discover`` and ``info``."""
 
+import asyncio
 import sys
-from asyncio import Event
-from collections.abc import Callable, Iterator
-from contextlib import aclosing, contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import aclosing, asynccontextmanager, contextmanager
+from typing import Final
 
 from sphero_probe.cli.baseline import Baseline
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
+from sphero_probe.cli.next_step import suggest_next
 from sphero_probe.cli.output import report
 from sphero_probe.cli.overview import overview
 from sphero_probe.cli.remarks import RemarkingRecorder
@@ -19,6 +21,7 @@ from sphero_probe.link.policy import Consent
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Note, Record, Summary
 from sphero_probe.probing.plan import Plan
+from sphero_probe.probing.progress import Progress
 from sphero_probe.probing.recorder import NullRecorder
 from sphero_probe.reports.registry import PAGES
 from sphero_probe.reports.rows import Row, finding_row, heading_row, note_row, summary_row
@@ -29,6 +32,9 @@ from sphero_probe.runs.resume import RunJournal
 from sphero_probe.runs.running import engine_for, records_of
 from sphero_probe.session.commands import node
 from sphero_probe.session.session import Session
+
+_REFRESH: Final = 0.2
+"""Seconds between two updates of the progress."""
 
 
 def run_plan(
@@ -70,9 +76,12 @@ def run_plan(
             with (
                 overview(output) as shown,
                 report(output, FINDINGS) as rows,
-                progress(plan.name, output) as advance,
+                progress(plan.name, output) as show_progress,
             ):
-                async with aclosing(records_of(run, session)) as records:
+                async with (
+                    _shown_regularly(run, show_progress),
+                    aclosing(records_of(run, session)) as records,
+                ):
                     async for record in records:
                         row = row_of(record)
                         ending.add(row)
@@ -81,8 +90,6 @@ def run_plan(
                         if isinstance(record, Heading):
                             heading = record
                         baseline.add(record)
-                        if isinstance(record, Finding):
-                            advance(len(run.findings), run.total)
                         complete = isinstance(record, Summary) and record.complete
                 baseline.compare(run.findings, session.link.codec, rows)
 
@@ -94,7 +101,24 @@ def run_plan(
             baseline.keep()
             raise IncompleteError(ending.message())
     baseline.finish()
+    suggest_next(journal.journal.path if journal.journal else None, heading, output)
     return heading
+
+
+@asynccontextmanager
+async def _shown_regularly(run: Engine, show: Callable[[Progress], None]) -> AsyncIterator[None]:
+    """Show how far the run is while the block lasts."""
+
+    async def work() -> None:
+        while True:
+            show(run.progress())
+            await asyncio.sleep(_REFRESH)
+
+    showing = asyncio.create_task(work())
+    try:
+        yield
+    finally:
+        showing.cancel()
 
 
 def _warn_of_other_robot(plan: Plan, session: Session) -> None:
@@ -120,7 +144,7 @@ def start_run(
         journal: of the run, None to keep none.
     """
     connection = session.connection
-    stop = Event()
+    stop = asyncio.Event()
     interrupts.stop_politely(stop)
     return engine_for(
         *(plan, session, node(target, connection.robot, connection.port), stop, journal),
@@ -142,24 +166,24 @@ def row_of(record: Record) -> Row:
 
 
 @contextmanager
-def progress(title: str, output: Output) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar with rate and time left while standard error is a terminal.
+def progress(title: str, output: Output) -> Iterator[Callable[[Progress], None]]:
+    """Show the stage, what was found and the time left while standard error is a terminal.
 
     It is left out where rows are printed on a terminal as they arrive: they show the progress.
 
     Args:
-        title: the text before the bar.
+        title: what is shown before the first step is reported.
         output: where and how the rows are written.
 
     Yields:
-        A function that takes the number of probes done and the total.
+        A function that takes how far the run is.
     """
     rows_run = output.file is None and output.format not in PAGES and sys.stdout.isatty()
     if rows_run or not sys.stderr.isatty():
-        yield lambda _done, _total: None
+        yield lambda _: None
         return
     from sphero_probe.cli.progress_bar import progress_bar  # noqa: PLC0415 - imports rich, which a pipe never needs
 
     color, unicode = wants_color(output.color, sys.stderr), takes_unicode(sys.stderr)
-    with progress_bar(title, color=color, unicode=unicode) as advance:
-        yield advance
+    with progress_bar(title, color=color, unicode=unicode) as show_progress:
+        yield show_progress

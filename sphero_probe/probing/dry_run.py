@@ -1,8 +1,8 @@
-"""Show what a plan would send, without a robot: exact bytes, risk classes, and what the policy blocks."""
+"""Show what a plan would send, without a robot: exact bytes, risk classes, and what is blocked."""
 
 from collections.abc import Iterator
 from itertools import count
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Robot
@@ -14,6 +14,15 @@ from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import payload_for
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command, Generation
+from sphero_probe.simulator.measured_timing import IN_FLIGHT, ROUND_TRIPS
+
+_INTERVAL: Final = 0.015
+_PER_EVENT: Final = 6
+"""Seconds between the connection events of a fast Bluetooth link, and packets in each: one for each probe."""
+FASTEST: Final = _INTERVAL / _PER_EVENT
+"""Seconds per probe on a fast Bluetooth link, without retries and calibration."""
+SLOWEST: Final = next(seconds for share, seconds in ROUND_TRIPS if share >= 0.5) / IN_FLIGHT
+"""Seconds per probe with the round trips of a real Mini and no more in flight than its app had."""
 
 
 class PlannedProbe(NamedTuple):

@@ -4,6 +4,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Final
 
 from sphero_probe.catalogue.risk import Risk
@@ -16,7 +17,7 @@ from sphero_probe.probing.calibrator import Calibrator, Wanted
 from sphero_probe.probing.comparison import comparisons
 from sphero_probe.probing.exchange_notes import exchange_notes, exchanges_kept
 from sphero_probe.probing.executions import Executions
-from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
+from sphero_probe.probing.finding import Finding, Note, Record, Summary
 from sphero_probe.probing.introduction import SeenClient, introduce
 from sphero_probe.probing.nodes import survey_notes
 from sphero_probe.probing.notes import note_of, slow_note, tolerance_notes, unavailable_notes
@@ -25,11 +26,12 @@ from sphero_probe.probing.pipeline import Pipeline
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import FilledProbe, Prober
+from sphero_probe.probing.progress import Progress, ProgressMeter
 from sphero_probe.probing.recorder import NullRecorder, PreviousResults, Recorder
 from sphero_probe.probing.results import Results
 from sphero_probe.probing.retries import EXECUTED_BEFORE, SettledProbe, no_result
 from sphero_probe.probing.scheduler import PROBES_PER_CHECK
-from sphero_probe.probing.verification import contradiction, is_verified
+from sphero_probe.probing.verifier import Verifier
 from sphero_probe.protocol.packets import Malformed
 from sphero_probe.session.reconnect import Reconnect, Reconnector
 
@@ -56,7 +58,7 @@ class Engine:
         line: how the robot is reached, for the heading: ``BLE`` or ``UART``.
         on_step: called with the name of each step of the introduction as it begins.
         findings: so far, in the order they were settled.
-        total: probes known so far, for progress.
+        total: probes of the stages that have begun.
     """
 
     plan: Plan
@@ -78,6 +80,8 @@ class Engine:
     _executions: Executions = field(init=False)
     _calibrator: Calibrator = field(init=False)
     _results: Results = field(init=False)
+    _meter: ProgressMeter = field(init=False)
+    _verifier: Verifier = field(init=False)
     _notes: list[Note] = field(default_factory=list)
     _unsolicited: list[Unsolicited] = field(default_factory=list)
 
@@ -91,6 +95,10 @@ class Engine:
         self._calibrator = Calibrator(self._prober, self._executions, health, verify=self.plan.verify)
         self._results = Results(self._prober, self.recorder, self._executions, self.findings)
         self._pipeline.on_answer = self._results.judge
+        self._meter = ProgressMeter(self.plan, self._prober, self.earlier.findings)
+        self._verifier = Verifier(
+            self._prober, self._pipeline, self._results, self._meter, lambda: self._over
+        )
 
     async def records(self) -> AsyncIterator[Record]:
         """Yield every record of the run, after the recorder has recorded it.
@@ -109,6 +117,10 @@ class Engine:
         finally:
             await self._pipeline.close()
 
+    def progress(self) -> Progress:
+        """Return how far the run is; it may be called at any time while it runs."""
+        return self._meter.progress(asyncio.get_running_loop().time(), self._pipeline.silent.late_until)
+
     async def _records(self) -> AsyncIterator[Record]:
         """Yield a heading, then findings and notes as they are made, then a summary."""
         loop = asyncio.get_running_loop()
@@ -124,11 +136,14 @@ class Engine:
             async for record in self._stage(probes, index):
                 if isinstance(record, Finding):
                     self.findings.append(record)
+                    self._meter.add(record)
                 yield record
         if self.plan.verify and not self._over:
-            async for record in self._verify():
+            changed = await self._verifier.send_again()
+            for record in chain[Record](self._take_notes(), changed):
                 yield record
-        async for record in self._late():
+        changed = await self._verifier.wait_for_late()
+        for record in chain[Record](self._take_notes(), changed):
             yield record
         self._notes += tolerance_notes(self._line.link.tolerated)
         self._notes += unavailable_notes(self.findings, self.link.codec, self.link.policy.robot)
@@ -144,6 +159,7 @@ class Engine:
             complete=not (
                 self._over or self._results.is_incomplete or self._executions.commands or self._pipeline.dead
             ),
+            strictness=self._calibrator.strictness,
         )
         if self._line.lost:
             raise self._line.lost
@@ -199,13 +215,16 @@ class Engine:
         first = self.total + 1
         self.total += len(probes)
         self._pipeline.silent.loss.probes = self.total
+        now = asyncio.get_running_loop().time
         if index:
+            self._meter.calibrate(index, now())
             dead = self._pipeline.dead
             wanted = self._calibrator.find_wanted(probes, first, self.earlier.findings, dead)
             with exchanges_kept(self.link.events) as exchanges:
                 await self._line.with_reconnect(lambda: self._calibrate(wanted))
             for note in (*self._calibrator.notes(wanted), *exchange_notes(exchanges)):
                 yield note
+        self._meter.begin(index, first, probes, now())
         chunk: list[PreparedProbe] = []
         last: list[FilledProbe] = []
         for number, probe in enumerate(probes, first):
@@ -228,44 +247,6 @@ class Engine:
         patience = _BETWEEN_STAGES if index + 1 < len(self.plan.stages) else 0.0
         for record in self._settle(await self._pipeline.feed(chunk) + await self._pipeline.finish(patience)):
             yield record
-
-    async def _verify(self) -> AsyncIterator[Record]:
-        """Send again, one at a time, what exists or was silent, and some of the absent commands.
-
-        If a probe ends differently, an inconclusive finding replaces its first one.
-        """
-        self._pipeline.limit_in_flight(1)
-        self._pipeline.on_answer = self._results.finding_of  # recorded only if it differs
-        before = {finding.number: finding for finding in self.findings if is_verified(finding)}
-        again = (
-            self._prober.prepare(self._prober.fill(number, Probe(finding.command, exact=True)))
-            for number, finding in sorted(before.items())
-        )
-        chunk = [prepared for prepared in again if prepared.risk <= Risk.PROBE and not prepared.blocked]
-        settled = await self._pipeline.feed(chunk)
-        if not self._over:
-            settled += await self._pipeline.finish()
-        for note in self._take_notes():
-            yield note
-        for settled_probe in sorted(settled, key=lambda settled_probe: settled_probe.probe.number):
-            old = before[settled_probe.probe.number]
-            if changed := contradiction(
-                old, settled_probe.finding or self._results.finding_of(settled_probe)
-            ):
-                yield self._results.replace(old, changed)
-
-    async def _late(self) -> AsyncIterator[Record]:
-        """Wait once for late answers to all silent probes; yield the findings that they change."""
-        by_number = {finding.number: finding for finding in self.findings}
-        settled = await self._pipeline.wait_for_late()
-        for note in self._take_notes():
-            yield note
-        for settled_probe in settled:
-            old = by_number[settled_probe.probe.number]
-            if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
-                yield self._results.replace(old, self._results.finding_of(settled_probe))
-        for old, new in self._results.readings.take(self.findings):
-            yield self._results.replace(old, new)
 
     def _settle(self, settled: Sequence[SettledProbe]) -> list[Record]:
         """Return the notes so far and the findings of settled probes, in order."""

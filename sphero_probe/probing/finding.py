@@ -1,5 +1,6 @@
 """The records of a run, as values: a heading, one finding per probe, notes, and a summary."""
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -111,7 +112,8 @@ class Heading(NamedTuple):
         plan: the plan's name.
         tool_version: of sphero-probe.
         consent: the allowed risk classes, by name.
-        strictness: node name -> what calibration measured, empty if it was not needed.
+        strictness: node name -> what calibration measured before the first stage, empty if it was not needed.
+            ``Summary`` has it for all nodes.
         started: RFC 3339 UTC.
         line: how the robot is reached, ``BLE`` or ``UART``; empty in journals of version 0.1.0.
         client: address byte under which the robot sees the client, None where its answers do not tell.
@@ -139,6 +141,8 @@ class Summary(NamedTuple):
         probes_sent: probes that were sent, each counted once.
         frames_sent: command frames sent, with retries, calibration and health checks.
         complete: False if the run ended early or could not probe everything.
+        strictness: node name -> what calibration measured, for all nodes of the run; empty in journals of
+            version 0.1.0.
     """
 
     counts: dict[Outcome, int]
@@ -146,6 +150,7 @@ class Summary(NamedTuple):
     probes_sent: int
     frames_sent: int
     complete: bool = True
+    strictness: Mapping[str, str] = {}
 
 
 Record = Heading | Finding | Note | Summary

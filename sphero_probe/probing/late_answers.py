@@ -28,6 +28,12 @@ class LateAnswers:
         """Match an answer; return the probe that it belongs to, None if it belongs to none of these."""
         return next((silent for silent in self._silent.values() if silent.hear(late)), None)
 
+    @property
+    def last_sent(self) -> float:
+        """When the last of the probes that are still silent was first sent; -inf if there is none."""
+        sent = (silent.first_sent for silent in self._silent.values() if not silent.late_answer)
+        return max(sent, default=-inf)
+
     async def wait(self, is_over: Callable[[], bool], seconds: float) -> list[SilentProbe]:
         """Wait for all silent probes at once; return those that were answered, and forget the others.
 
@@ -37,8 +43,7 @@ class LateAnswers:
         """
         now = asyncio.get_running_loop().time
         while not is_over():
-            sent = (silent.first_sent for silent in self._silent.values() if not silent.late_answer)
-            remaining = max(sent, default=-inf) + seconds - now()
+            remaining = self.last_sent + seconds - now()
             if remaining <= 0:
                 break
             await asyncio.sleep(min(remaining, LOOK))

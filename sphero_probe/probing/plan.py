@@ -50,6 +50,7 @@ class Plan:
         verify: at the end, send what exists or was silent, and a part of the rest, once more, one at a time.
         claimed_by: the source that says that the robot has every command of this plan, empty for none; the
             run then reports which of them are absent.
+        stage_names: a word or two for each stage, for the progress of a run; may be shorter than ``stages``.
     """
 
     name: str
@@ -60,6 +61,18 @@ class Plan:
     verify: bool = False
     survey: bool = False
     claimed_by: str = ""
+    stage_names: Sequence[str] = ()
+
+    def stage_name(self, index: int) -> str:
+        """Return the name of a stage: as given, else that of its function, else that of the plan.
+
+        Args:
+            index: of the stage, from 0.
+        """
+        if index < len(self.stage_names):
+            return self.stage_names[index]
+        made = getattr(self.stages[index], "__name__", "")
+        return made.strip("_").replace("_", " ") if made.isidentifier() else self.name
 
 
 def sweep(

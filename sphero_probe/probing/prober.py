@@ -96,6 +96,15 @@ class Prober:
             command = command._replace(payload=payload_for(row, policy.consent))
         return FilledProbe(number, command, row)
 
+    def is_blocked(self, probe: Probe) -> bool:
+        """Whether the policy will most likely block a probe; for a documented one, ``prepare`` may differ."""
+        command = probe.command
+        if command.target is None:
+            command = command._replace(target=self.target)
+        if not probe.exact and not command.payload:
+            command = command._replace(payload=bytes(WRONG_LENGTH))
+        return bool(self.link.policy.assess(command).blocked)
+
     async def calibrate(
         self,
         target: int | None,

@@ -106,6 +106,13 @@ class SilentProbes:
             if silent and silent.late_answer:
                 self._executions.learn(silent.probe, silent.late_answer)
 
+    @property
+    def late_until(self) -> float | None:
+        """When waiting for late answers will end, on the clock of the loop; None if no probe is silent."""
+        since = max((silent.first_sent for silent in self), default=-inf)
+        since = max(since, self._late.last_sent)
+        return since + SLOWEST if since > -inf else None
+
     async def wait_together(self, seconds: float, is_over: Callable[[], bool]) -> None:
         """Wait for an answer to each of them, at most so many seconds from its first attempt on."""
         now = asyncio.get_running_loop().time

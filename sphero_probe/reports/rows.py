@@ -133,6 +133,7 @@ def summary_row(summary: Summary) -> Row:
             "probes_sent": summary.probes_sent,
             "frames_sent": summary.frames_sent,
             "complete": summary.complete,
+            "strictness": dict(summary.strictness),
         },
     )
 

@@ -8,7 +8,7 @@ import json
 import os
 import sqlite3
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Final
@@ -127,6 +127,7 @@ class RunsFile:
                         "UPDATE runs SET seconds = ?, probes_sent = ?, frames_sent = ? WHERE id = ?",
                         [record.seconds, record.probes_sent, record.frames_sent, run],
                     )
+                    self._nodes(run, {}, record.strictness)
         self._insert_findings(findings)
 
     def _heading(self, run: int | None, heading: Heading) -> None:
@@ -134,9 +135,14 @@ class RunsFile:
         self._database.execute(
             "UPDATE runs SET model = ?, started = ?, tool_version = ? WHERE id = ?", [*map(_value, said), run]
         )
-        firmware, strictness = heading.firmware, heading.strictness
+        self._nodes(run, heading.firmware, heading.strictness)
+
+    def _nodes(self, run: int | None, firmware: Mapping[str, str], strictness: Mapping[str, str]) -> None:
+        """Insert what is known of nodes, or add it to what is there."""
         self._database.executemany(
-            "INSERT OR IGNORE INTO nodes VALUES (?, ?, ?, ?)",
+            "INSERT INTO nodes VALUES (?, ?, ?, ?) ON CONFLICT DO UPDATE SET"
+            " firmware = coalesce(firmware, excluded.firmware),"
+            " strictness = coalesce(excluded.strictness, strictness)",
             [
                 [run, *map(_value, (node, firmware.get(node), strictness.get(node)))]
                 for node in {**firmware, **strictness}

@@ -229,4 +229,5 @@ def summary_of(fields: Fields) -> Summary:
     frames = fields.whole("frames_sent", 0, _NUMBERS) if fields.has("frames_sent") else None
     if frames is None:
         probes, frames = sum(counts.values()) - counts.get(Outcome.SKIPPED, 0), probes
-    return Summary(counts, fields.seconds("seconds"), probes, frames, fields.flag("complete"))
+    strictness = fields.texts("strictness") if fields.has("strictness") else {}
+    return Summary(counts, fields.seconds("seconds"), probes, frames, fields.flag("complete"), strictness)

@@ -49,7 +49,7 @@ def encode(entry: Entry, *, resumed: bool = False) -> bytes:
             return _line({"type": "run", "resumed": resumed} | shortened._asdict())
         case Summary():
             ending: dict[str, object] = {"type": "summary"}
-            return _line(ending | entry._asdict())
+            return _line(ending | entry._asdict() | {"strictness": dict(entry.strictness)})
     assert_never(entry)
 
 

@@ -157,6 +157,14 @@ def test_an_export_holds_what_the_reports_show(cli: Cli, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_an_export_has_the_length_checks_of_all_nodes(cli: Cli, tmp_path: Path) -> None:
+    cli("discover", "--did", "0x13", "--device", "fake:bolt", "--format", "jsonl")
+    cli("runs", "export", str(tmp_path / "runs.db"))
+    with closing(sqlite3.connect(tmp_path / "runs.db")) as database:
+        nodes = database.execute("SELECT node, firmware IS NOT NULL, strictness FROM nodes ORDER BY node")
+        assert nodes.fetchall() == [("primary", 1, "strict"), ("secondary", 1, "strict")]
+
+
 @pytest.mark.usefixtures("survey")
 def test_an_export_that_fails_leaves_nothing_behind(cli: Cli, tmp_path: Path) -> None:
     assert cli("runs", "export", str(tmp_path / "no" / "runs.db")).code == 10

@@ -246,6 +246,12 @@ def test_strictness_is_measured(settings: str, strictness: Strictness) -> None:
     assert {command.risk for command in outcome.executed} == {Risk.READ}
 
 
+def test_the_summary_has_the_nodes_that_a_later_stage_measured() -> None:
+    outcome = ask("bolt", [[Probe(Command(0x13, 0x70))], [Probe(Command(0x13, 0x70, b"", SECONDARY))]])
+    assert outcome.heading.strictness == {"primary": Strictness.STRICT}
+    assert outcome.summary.strictness == {"primary": Strictness.STRICT, "secondary": Strictness.STRICT}
+
+
 def test_a_missing_node_is_reported() -> None:
     outcome = ask("bolt-plus", [whole(0x1A, SECONDARY)])
     assert outcome.heading.strictness == {"node 0x12": Strictness.NO_NODE}

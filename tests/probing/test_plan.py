@@ -150,6 +150,8 @@ BROKEN = [
     pytest.param(f"PLAN = Plan('a', 'b', [[]] * {MAX_STAGES + 1})", "at most", id="too many stages"),
     pytest.param("PLAN = Plan('a', 'b', [3])", "a stage is 3", id="a stage is a number"),
     pytest.param("PLAN = Plan('a', 'b', [None])", "a stage is None", id="a stage is None"),
+    pytest.param("PLAN = Plan('a', 'b', [], stage_names='ab')", "stage_names", id="names are a text"),
+    pytest.param("PLAN = Plan('a', 'b', [[]], stage_names=[5])", "stage_names", id="a name is a number"),
     pytest.param("PLAN = Plan('a', 'b', [], robots=5)", "robots", id="robots are a number"),
     pytest.param("PLAN = Plan('a', 'b', [], robots=('bolt', 5))", "robots", id="a robot is a number"),
     pytest.param("PLAN = Plan('a', 'b', [], robots='bolt')", "robots", id="robots are a text"),

@@ -159,6 +159,7 @@ def test_summary_counts_all_five_outcomes() -> None:
         "probes_sent": 2,
         "frames_sent": 2,
         "complete": True,
+        "strictness": {},
     }
 
 

@@ -4,15 +4,18 @@ import json
 import math
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.errors import BadLineError
 from sphero_probe.link.exchange import Answered, Blocked, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.protocol.packets import Command, Generation, Response, SendOptions
-from sphero_probe.runs.decode import Entry, Intent, Opening
+from sphero_probe.runs.decode import Entry, Intent, Opening, summary_of
 from sphero_probe.runs.encode import encode
+from sphero_probe.runs.fields import Fields
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
@@ -54,7 +57,15 @@ ENTRIES = st.one_of(
         Opening, TEXTS, TEXTS, TEXTS, NAMED, TEXTS, TEXTS, st.sampled_from(Generation), TEXTS, TEXTS, WORDS
     ),
     st.builds(Heading, TEXTS, TEXTS, TEXTS, NAMED, TEXTS, TEXTS, WORDS, NAMED, TEXTS),
-    st.builds(Summary, st.dictionaries(st.sampled_from(Outcome), NUMBERS), SECONDS, NUMBERS, st.booleans()),
+    st.builds(
+        Summary,
+        st.dictionaries(st.sampled_from(Outcome), NUMBERS),
+        SECONDS,
+        NUMBERS,
+        NUMBERS,
+        st.booleans(),
+        NAMED,
+    ),
 )
 
 
@@ -122,3 +133,13 @@ def test_the_lines_of_a_probe_as_files_have_them() -> None:
         b'"confidence":"certain","risk":"probe","attempts":1,"note":"\\u00e9","exchange":"answered","seq":7,'
         b'"sent":"8dd8","received":"8d00d8","seconds":0.0625}\n'
     )
+
+
+def test_a_summary_without_length_checks_is_one_of_an_earlier_version() -> None:
+    summary = Summary({Outcome.EXISTS: 2}, 1.5, 2, 9, complete=True, strictness={"primary": "strict"})
+    line = json.loads(encode(summary))
+    assert summary_of(Fields(line)) == summary
+    del line["strictness"]
+    assert summary_of(Fields(line)) == summary._replace(strictness={})
+    with pytest.raises(BadLineError, match="strictness"):
+        summary_of(Fields(line | {"strictness": ["strict"]}))

@@ -53,7 +53,8 @@ def discover(
         if checks.file:
             raise UsageError("--dry-run cannot be combined with --baseline")
         consent = Consent.of(asking.allow, asking.confirm)
-        show_dry_run(output, plan_of(generation_behind(place), target, options), place, consent, target)
+        plan = plan_of(generation_behind(place), target, options)
+        show_dry_run(output, plan, place, consent, target, with_forecast=True)
         return
     compared = Baseline(checks)
     with run_journal("discover", journal) as kept:

@@ -20,6 +20,7 @@ from sphero_probe.probing.collecting import Collecting, CollectingOptions
 from sphero_probe.probing.evidence import Evidence, Topic
 from sphero_probe.probing.open_questions import settlements
 from sphero_probe.probing.plans.evidence import evidence_plan
+from sphero_probe.probing.progress import Progress
 from sphero_probe.reports.evidence import (
     SETTLEMENTS,
     headline,
@@ -86,10 +87,11 @@ def collect_evidence(connecting: ConnectOptions, options: EvidenceOptions) -> No
         stop = asyncio.Event()
         interrupts.stop_politely(stop)
         async with connect(connecting, Consent()) as session:
-            with progress("evidence", output) as advance:
+            with progress("evidence", output) as show_progress:
 
                 def on_topic(topic: Topic) -> None:
-                    advance(list(Topic).index(topic), len(Topic))
+                    done = list(Topic).index(topic)
+                    show_progress(Progress(topic.value, done + 1, len(Topic), done, len(Topic)))
                     if topic is Topic.IDLE:
                         say(f"sending nothing for {options.idle:g} s ...")
 

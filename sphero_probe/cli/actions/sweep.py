@@ -74,7 +74,8 @@ def sweep(
             raise UsageError("--dry-run cannot be combined with --baseline")
         plan, _ = _plan(place, options)
         target = node(asking.target, model_behind(place), port_behind(place))
-        show_dry_run(output, plan, place, Consent.of(asking.allow, asking.confirm), target)
+        consent = Consent.of(asking.allow, asking.confirm)
+        show_dry_run(output, plan, place, consent, target, with_forecast=True)
         return
     compared = Baseline(checks)
     with run_journal("sweep", journal) as kept:

@@ -47,14 +47,21 @@ def discovery(
         values: also try values, where one was refused.
     """
     map_ = _Map(generation, target, tuple(dids))
-    stages: list[Stage] = [map_.facts(), map_.claimed_devices(), map_.claimed_commands, map_.nodes()]
-    stages += [map_.devices(cid) for cid in IMPOSSIBLE_CIDS]
-    stages.append(map_.commands)
+    named: list[tuple[str, Stage]] = [
+        ("identity", map_.facts()),
+        ("own list", map_.claimed_devices()),
+        ("own list", map_.claimed_commands),
+        ("nodes", map_.nodes()),
+        *(("devices", map_.devices(cid)) for cid in IMPOSSIBLE_CIDS),
+        ("commands", map_.commands),
+    ]
     if lengths:
-        stages += [map_.of_length(length) for length in LENGTHS]
+        named += [("lengths", map_.of_length(length)) for length in LENGTHS]
     if values:
-        stages += [map_.of_value(value) for value in VALUES]
-    return Plan("discover", "the full map of a robot", stages, verify=True, survey=True)
+        named += [("values", map_.of_value(value)) for value in VALUES]
+    names, stages = zip(*named, strict=True)
+    summary = "the full map of a robot"
+    return Plan("discover", summary, stages, verify=True, survey=True, stage_names=names)
 
 
 def claims(generation: Generation, target: int | None) -> Plan:
@@ -65,8 +72,14 @@ def claims(generation: Generation, target: int | None) -> Plan:
         target: address byte of its usual node; None where addresses are left out, and then for no other node.
     """
     map_ = _Map(generation, target, ())
-    stages: list[Stage] = [map_.claimed_devices(), map_.nodes(), map_.claimed_devices_of_others]
-    return Plan("claims", "what a robot says it has", [*stages, map_.claimed_commands])
+    named: list[tuple[str, Stage]] = [
+        ("devices", map_.claimed_devices()),
+        ("nodes", map_.nodes()),
+        ("devices", map_.claimed_devices_of_others),
+        ("commands", map_.claimed_commands),
+    ]
+    names, stages = zip(*named, strict=True)
+    return Plan("claims", "what a robot says it has", stages, stage_names=names)
 
 
 class _Map:

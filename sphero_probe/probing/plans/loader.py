@@ -181,4 +181,7 @@ def _checked(plan: Plan, path: Path) -> Plan:
     robots: object = plan.robots
     if not isinstance(robots, list | tuple) or not all(isinstance(robot, str) for robot in robots):
         raise BadInputFileError(f"{path}: a plan's robots are {_short(robots)}, not a tuple of keys")
-    return replace(plan, robots=tuple(robots), file=path)
+    names: object = plan.stage_names
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise BadInputFileError(f"{path}: a plan's stage_names are {_short(names)}, not a list of texts")
+    return replace(plan, robots=tuple(robots), stage_names=tuple(names), file=path)
