@@ -15,7 +15,7 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
-from sphero_probe.probing.profiles import ACCEPTED, Answer, DeviceProfile
+from sphero_probe.probing.profiles import ACCEPTED, GONE, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Generation, Verdict
@@ -162,7 +162,7 @@ class DeviceCalibration:
         return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
 
     async def _ask_impossible(self) -> bool:
-        """Send a command that cannot exist, at both lengths; return whether the device may exist.
+        """Send a command that cannot exist; return whether the device may exist.
 
         If it is silent, a second such command is sent; if that is silent, too, silence is the answer.
         """
@@ -179,14 +179,21 @@ class DeviceCalibration:
         return wrong.verdict is not Verdict.NO_DEVICE
 
     async def _ask_one_impossible(self, command: Command) -> Reply:
-        """Send one command at both lengths; return the reply to the wrong length."""
-        lengths = (WRONG_LENGTH, 0)
-        probes = [command._replace(payload=bytes(length)) for length in lengths]
-        replies = await self._questions.ask_all(probes, Verdict.NO_COMMAND.value)
-        for length, reply in zip(lengths, replies, strict=True):
-            if not reply.blocked:
-                self._impossible[length] = reply.answer
-        return replies[0]
+        """Send one command at the wrong length, and without payload once that was called absent.
+
+        An empty payload would run a command that exists after all. Returns the reply to the wrong length.
+        """
+        wrong = await self._ask_length(command, WRONG_LENGTH)
+        if wrong.verdict in GONE:
+            await self._ask_length(command, 0)
+        return wrong
+
+    async def _ask_length(self, command: Command, length: int) -> Reply:
+        """Send a command that cannot exist with zeros, and keep its answer."""
+        reply = await self._questions.ask(command._replace(payload=bytes(length)), Verdict.NO_COMMAND.value)
+        if not reply.blocked:
+            self._impossible[length] = reply.answer
+        return reply
 
     def _judge_yes(self, command: Command, other: Reply) -> None:
         """Record that a command that cannot exist succeeded.
