@@ -5,6 +5,7 @@ another device. Every documented read of the device gets surplus bytes. So do up
 nothing if they are executed: those that switch off a notification.
 """
 
+import asyncio
 from collections import Counter
 from functools import lru_cache
 from typing import Final
@@ -19,6 +20,7 @@ from sphero_probe.probing.profiles import ACCEPTED, GONE, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Generation, Verdict
+from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.reconnect import Reconnector
 
 SETTERS: Final = 2
@@ -181,9 +183,11 @@ class DeviceCalibration:
     async def _ask_one_impossible(self, command: Command) -> Reply:
         """Send one command at the wrong length, and without payload once that was called absent.
 
-        An empty payload would run a command that exists after all. Returns the reply to the wrong length.
+        An empty payload would run a command that exists after all. The echo that is sent along keeps the loss
+        of long answers apart from a full queue. Returns the reply to the wrong length.
         """
-        wrong = await self._ask_length(command, WRONG_LENGTH)
+        echo = ask_well_known(self._line.link, WellKnown.ECHO, self._target, attempts=1)
+        wrong, _ = await asyncio.gather(self._ask_length(command, WRONG_LENGTH), echo)
         if wrong.verdict in GONE:
             await self._ask_length(command, 0)
         return wrong

@@ -13,7 +13,7 @@ _WITHOUT_ARGUMENTS = Row(1, 0x13, _FIRST, "", Effect.MOTION)
 
 
 def payloads(stranger: Stranger) -> list[int]:
-    """Lengths of what was sent to the first CID that should not exist, in order; nothing may have run there."""
+    """Return the lengths of what was sent to the first CID that should not exist; nothing may have run."""
     robot = run(stranger, "sweep").robot
     assert not [done for done in robot.ledger if done.row.cid == _FIRST]
     return [len(heard.data) for heard in robot.heard if (heard.did, heard.cid) == (0x13, _FIRST)]
