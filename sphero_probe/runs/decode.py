@@ -19,8 +19,6 @@ from sphero_probe.protocol.packets import USUAL, Command, Generation, Response, 
 from sphero_probe.runs.fields import Fields
 
 SCHEMA_VERSION: Final = 1
-MAX_LINE: Final = 1 << 20
-"""Bytes of one line, with its end."""
 MAX_TEXT: Final = 1 << 16
 """Characters of a text for the user."""
 MAX_WORD: Final = 512
