@@ -65,7 +65,7 @@ class UnsolicitedReceived(NamedTuple):
     unsolicited: Unsolicited
 
 
-class Remark(NamedTuple):
+class ProbeComment(NamedTuple):
     """What a layer above says of a probe.
 
     Attributes:
@@ -79,20 +79,20 @@ class Remark(NamedTuple):
     is_verdict: bool
 
 
-class Remarked(NamedTuple):
+class ProbeCommented(NamedTuple):
     """A layer above said something of a frame; the link itself emits none.
 
     Attributes:
         time: seconds on the clock of the event loop.
-        remark: what it says.
+        comment: what it says.
     """
 
     time: float
-    remark: Remark
+    comment: ProbeComment
 
 
-LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived | Remarked
-_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived, Remarked)
+LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived | ProbeCommented
+_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived, ProbeCommented)
 _Event = TypeVar("_Event", bound=LinkEvent)
 
 

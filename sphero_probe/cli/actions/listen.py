@@ -4,10 +4,10 @@ import asyncio
 
 from sphero_probe.cli.command_words import parse_command
 from sphero_probe.cli.connect import connect
+from sphero_probe.cli.listening import switch_off, wait_for_end
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
-from sphero_probe.cli.waiting import switch_off, wait_for_end
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.unsolicited import describe_unsolicited

@@ -14,11 +14,11 @@ from sphero_probe.catalogue.stream_plan import StreamPlan, sensor_groups, stream
 from sphero_probe.catalogue.switches import taken_back
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.listening import switch_off, wait_for_end
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report, show
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
-from sphero_probe.cli.waiting import switch_off, wait_for_end
 from sphero_probe.errors import OutputError, UsageError
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
