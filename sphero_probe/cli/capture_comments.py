@@ -1,4 +1,4 @@
-"""What a capture says of the probes in it: the number, the command, and what came of it."""
+"""What a capture says of the probes in it: the number, the command and the verdict."""
 
 import asyncio
 
@@ -44,7 +44,7 @@ def comment_of_probe(number: int, command: Command, name: str | None) -> str:
 
 
 def comment_of_finding(finding: Finding) -> str:
-    """Return what came of a probe, in a line."""
+    """Return the verdict of a probe, in a line."""
     code = "" if finding.code is None else f", 0x{finding.code:02x} {finding.code_name}"
     note = f", {visible(finding.note)}" if finding.note else ""
     return f"probe {finding.number}: {finding.outcome}{code}{note}"

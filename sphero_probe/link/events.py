@@ -71,7 +71,7 @@ class ProbeComment(NamedTuple):
     Attributes:
         number: of the probe.
         text: one line.
-        is_verdict: what came of it, once that is known; else it is about the frame that is sent next.
+        is_verdict: it is the result of the probe; otherwise it is about the frame that is sent next.
     """
 
     number: int
