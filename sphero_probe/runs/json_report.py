@@ -13,18 +13,24 @@ from sphero_probe.catalogue.meaning import answer_meaning
 from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.json_files import JsonObjects, open_regular
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
-from sphero_probe.probing.finding import Confidence, Finding, Note, Outcome, Record
+from sphero_probe.probing.finding import Finding, Note, Record
 from sphero_probe.protocol import CODECS
-from sphero_probe.protocol.packets import Command, Generation, Request, Response, Role
-from sphero_probe.runs.decode import MAX_TEXT, MAX_WORD, heading_of, summary_of
+from sphero_probe.protocol.packets import Command, Generation, Request, Role
+from sphero_probe.runs.decode import (
+    CONFIDENCES,
+    MAX_NUMBER,
+    MAX_TEXT,
+    MAX_WORD,
+    OUTCOMES,
+    heading_of,
+    response_of,
+    summary_of,
+)
 from sphero_probe.runs.fields import Fields
 
 _MAX_FILE: Final = 1 << 28
 """Bytes of a report."""
 _START: Final = re.compile(rb'\s*(\[|\{\s*"type"\s*:\s*"(run|finding|note|summary)")')
-_NUMBERS: Final = 1 << 31
-_OUTCOMES: Final = {word.value: word for word in Outcome}
-_CONFIDENCES: Final = {word.value: word for word in Confidence}
 
 
 def is_json_report(path: Path) -> bool:
@@ -111,15 +117,15 @@ class _Reader:
             problem = answer_meaning(exchange.response, known).problem
             note = note.removesuffix(problem).removesuffix("; ") if problem else note
         return Finding(
-            fields.whole("number", 1, _NUMBERS),
+            fields.whole("number", 1, MAX_NUMBER),
             exchange.command._replace(target=target),
-            fields.one_of("outcome", _OUTCOMES),
-            fields.one_of("confidence", _CONFIDENCES),
+            fields.one_of("outcome", OUTCOMES),
+            fields.one_of("confidence", CONFIDENCES),
             risk,
             exchange,
             known,
             name,
-            fields.whole("attempts", 0, _NUMBERS),
+            fields.whole("attempts", 0, MAX_NUMBER),
             note,
         )
 
@@ -144,8 +150,6 @@ def _exchange(fields: Fields, generation: Generation, sent: bytes, pair: tuple[i
     if not fields.given("received"):
         return Silent(request.command, request.seq, sent, 0.0)
     received = fields.raw("received")
-    packets = CODECS[generation].decoder(Role.HOST).feed(received)
-    if len(packets) != 1 or not isinstance(packets[0], Response):
-        raise BadLineError("received is not one response")
+    response = response_of(received, CODECS[generation])
     seconds = fields.seconds("rtt_ms") / 1000
-    return Answered(request.command, request.seq, sent, packets[0], received, seconds)
+    return Answered(request.command, request.seq, sent, response, received, seconds)

@@ -9,21 +9,27 @@ from typing import BinaryIO, Final
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.json_files import MAX_LINE, JsonObjects, open_regular, parse, without_collector
-from sphero_probe.probing.finding import Confidence, Heading, Outcome, Summary
+from sphero_probe.probing.finding import Confidence, Heading, Summary
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
-from sphero_probe.protocol.codec import Codec, Decoder
-from sphero_probe.protocol.packets import Generation, Request, Response, Role
-from sphero_probe.runs.decode import MAX_TEXT, MAX_WORD, Opening, decode
+from sphero_probe.protocol.codec import Codec
+from sphero_probe.protocol.packets import Generation, Request, Role
+from sphero_probe.runs.decode import (
+    MAX_NUMBER,
+    MAX_TEXT,
+    MAX_WORD,
+    OUTCOMES,
+    Opening,
+    decode,
+    response_of,
+)
 from sphero_probe.runs.fields import Fields
 from sphero_probe.runs.reader import MAX_FILE
 from sphero_probe.runs.sides import Observation, Side, run_side
 
-_NUMBERS: Final = 1 << 31
-_OUTCOMES: Final = {word.value: word for word in Outcome}
 _CERTAIN: Final = {word.value: word is Confidence.CERTAIN for word in Confidence}
 _OTHER_TYPES: Final = frozenset(("note", "diff", "difference", "uncertain", "diff_summary"))
-"""Of a run that was compared with a baseline, too."""
+"""Objects of a report that say nothing about one command; a comparison with a baseline adds some."""
 _HINT: Final = "it takes a journal, or a report of a run in JSON: -o FILE.json"
 _JOURNAL: Final = b'{"type":"journal",'
 _INTENT: Final = b'{"type":"intent",'
@@ -95,7 +101,7 @@ class _Journal:
         """
         if self.opening and data.get("type") == "finding":
             fields = Fields(data)
-            number = fields.whole("number", 1, _NUMBERS)
+            number = fields.whole("number", 1, MAX_NUMBER)
             self.found[number] = self._observation(fields, self.opening)
             return
         match decode(data, self.opening):
@@ -165,7 +171,7 @@ class _Report:
         fields = Fields(data)
         match data.get("type"):
             case "finding":
-                self.found[fields.whole("number", 1, _NUMBERS)] = self._observation(fields)
+                self.found[fields.whole("number", 1, MAX_NUMBER)] = self._observation(fields)
             case "run":
                 self.heading = _heading(fields)
                 if robot := ROBOTS.get(self.heading.robot):
@@ -180,10 +186,10 @@ class _Report:
         codec = self.codec = self.codec or _codec_of(sent or received or b"")
         request = fields.raw_or_none("request") or b""
         if sent and not fields.has("request"):  # reports of version 0.1.0 do not have it
-            packet = _only(codec.decoder(Role.ROBOT), sent, "sent")
-            if not isinstance(packet, Request):
+            packets = codec.decoder(Role.ROBOT).feed(sent)
+            if len(packets) != 1 or not isinstance(packets[0], Request):
                 raise BadLineError("sent is not one command")
-            request = packet.command.payload
+            request = packets[0].command.payload
         name = fields.text_or_none("name", MAX_WORD)
         return _observation(fields, fields.byte("did"), fields.byte("cid"), request, received, name, codec)
 
@@ -197,28 +203,18 @@ def _observation(
     name: str | None,
     codec: Codec,
 ) -> Observation:
-    response = _only(codec.decoder(Role.HOST), received, "received") if received else None
-    if not (response is None or isinstance(response, Response)):
-        raise BadLineError("received is not one response")
     return Observation(
         fields.byte_or_none("target"),
         did,
         cid,
         request,
-        fields.one_of("outcome", _OUTCOMES),
+        fields.one_of("outcome", OUTCOMES),
         fields.one_of("confidence", _CERTAIN),
         fields.risk("risk"),
-        response,
+        response_of(received, codec) if received else None,
         name,
         fields.text("note", MAX_TEXT),
     )
-
-
-def _only(decoder: Decoder, frame: bytes, key: str) -> object:
-    packets = decoder.feed(frame)
-    if len(packets) != 1:
-        raise BadLineError(f"{key} is not one packet")
-    return packets[0]
 
 
 def _codec_of(frame: bytes) -> Codec:

@@ -140,7 +140,7 @@ def test_the_line_that_the_next_test_spoils_is_good(tmp_path: Path) -> None:
         pytest.param(GOOD.replace('"did": 1', '"did": 256'), "did is not a number from 0 to 255", id="did"),
         pytest.param(GOOD.replace('"did": 1', '"did": NaN'), "not valid JSON", id="nan"),
         pytest.param(GOOD.replace('"sent": null', '"sent": "zz"'), "sent is not hex", id="hex"),
-        pytest.param(GOOD.replace('"sent": null', '"sent": "8d"'), "sent is not one packet", id="frame"),
+        pytest.param(GOOD.replace('"sent": null', '"sent": "8d"'), "sent is not one command", id="frame"),
         pytest.param(
             GOOD.replace('"received": null', '"received": "8dd8"'), "received is not one", id="answer"
         ),
