@@ -14,7 +14,7 @@ from sphero_probe.reports.views import FINDINGS
 
 @contextmanager
 def brief_table(output: Output) -> Iterator[Callable[[Row], None]]:
-    """Yield what takes each row of a run; leaving the block writes the table and the path of the report.
+    """Yield a function that takes each row of a run; then write the table and the path of the report.
 
     They are written to standard error, if that is a terminal.
     """

@@ -72,7 +72,7 @@ async def wait_for_end(session: Session, stop: asyncio.Event, seconds: float | N
 async def switch_off(session: Session, executed: Iterable[Command]) -> None:
     """Switch off the streams and notifications that these commands switched on.
 
-    The consent to switch it on covers this. A lost link ends it quietly.
+    The consent to switch them on covers this. If the link is lost, nothing is raised.
     """
     link = session.link
     commands = taken_back(link.codec.generation, executed)
