@@ -27,8 +27,8 @@ from sphero_probe.link.events import (
     ExchangeEnded,
     FrameSent,
     LinkEvent,
-    Remark,
-    Remarked,
+    ProbeComment,
+    ProbeCommented,
 )
 from sphero_probe.link.exchange import Answered
 from sphero_probe.protocol.packets import Generation
@@ -68,7 +68,7 @@ def capturing(path: str | None, device: str, events: Events) -> Iterator[None]:
             raise OutputError(f"cannot write {path}: {error.strerror}") from error
         tap = _Tap(file, path, device, writer)
         stack.callback(tap.close)
-        kinds = (FrameSent, BytesReceived, ExchangeEnded, Remarked)
+        kinds = (FrameSent, BytesReceived, ExchangeEnded, ProbeCommented)
         stack.enter_context(events.subscribe(tap.heard, *kinds))
         yield
 
@@ -90,7 +90,7 @@ class _Tap:
         self._broken = False
         self._queue: deque[_Waiting] = deque()
         self._offset = 0
-        self._next: Remark | None = None
+        self._next: ProbeComment | None = None
         self._numbers: dict[bytes, int] = {}
         self._answers: dict[int, _Waiting] = {}
         self._timer: asyncio.Handle | None = None
@@ -104,8 +104,8 @@ class _Tap:
                 self._add(at, data, [], sent=False)
             case ExchangeEnded(exchange=Answered(sent=frame)):
                 self._answered(frame)
-            case Remarked(remark=remark):
-                self._remarked(event.time, remark)
+            case ProbeCommented(comment=comment):
+                self._commented(event.time, comment)
             case _:
                 return
         if self._timer:
@@ -122,12 +122,12 @@ class _Tap:
             warn(f"nothing was said to a robot: {self._path} has no packets")
 
     def _sent(self, at: float, frame: bytes) -> None:
-        remark, self._next = self._next, None
-        if remark:
+        comment, self._next = self._next, None
+        if comment:
             if len(self._numbers) >= _MAX_PROBES:
                 del self._numbers[next(iter(self._numbers))]
-            self._numbers[frame] = remark.number
-        self._add(at, frame, [remark.text] if remark else [], sent=True)
+            self._numbers[frame] = comment.number
+        self._add(at, frame, [comment.text] if comment else [], sent=True)
 
     def _answered(self, frame: bytes) -> None:
         number = self._numbers.pop(frame, None)
@@ -135,14 +135,14 @@ class _Tap:
             self._queue[-1].probes.add(number)
             self._answers[number] = self._queue[-1]
 
-    def _remarked(self, at: float, remark: Remark) -> None:
-        if not remark.is_verdict:
-            self._next = remark
-        elif waiting := self._answers.pop(remark.number, None):
-            waiting.comments.append(remark.text)
-            waiting.probes.discard(remark.number)
+    def _commented(self, at: float, comment: ProbeComment) -> None:
+        if not comment.is_verdict:
+            self._next = comment
+        elif waiting := self._answers.pop(comment.number, None):
+            waiting.comments.append(comment.text)
+            waiting.probes.discard(comment.number)
         else:
-            self._queue.append(_Waiting([], at, [remark.text]))
+            self._queue.append(_Waiting([], at, [comment.text]))
 
     def _add(self, at: float, data: bytes, comments: list[str], *, sent: bool) -> None:
         when = self._wall_clock(at)

@@ -31,7 +31,7 @@ _OPTIONS: Final = (
 
 
 def check_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command ``--baseline``, ``--baseline-update`` and ``--fail-on``, as parameters so called."""
+    """Give a command ``--baseline``, ``--baseline-update`` and ``--fail-on``, parameters of these names."""
     for option in _OPTIONS:
         function = option(function)
     return function

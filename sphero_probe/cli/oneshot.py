@@ -4,12 +4,12 @@ from collections.abc import Callable
 from contextlib import aclosing
 
 from sphero_probe.catalogue.model import Robot
+from sphero_probe.cli.capture_comments import CommentingRecorder
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import show_dry_run
 from sphero_probe.cli.journal import run_journal
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
-from sphero_probe.cli.remarks import RemarkingRecorder
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import (
@@ -89,7 +89,7 @@ async def _ask_each(
     """
     connection = session.connection
     commands = make(connection.robot, connection.port)
-    recorder = RemarkingRecorder(journal, session.link.events)
+    recorder = CommentingRecorder(journal, session.link.events)
     async with aclosing(send_each(name, commands, session, journal, recorder)) as records:
         async for record in records:
             if isinstance(record, Finding):

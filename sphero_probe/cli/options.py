@@ -114,7 +114,7 @@ def _check_device(ctx: click.Context, param: click.Parameter, value: str | None)
     if value is not None and not value.strip():
         raise click.BadParameter("the name is empty; leave --device out for the only one nearby", ctx, param)
     if value and value.startswith("replay:"):
-        from sphero_probe.cli.recorded_run import with_path  # noqa: PLC0415 - only a recorded robot needs it
+        from sphero_probe.cli.replay_address import with_path  # noqa: PLC0415 - only a recorded robot needs it
 
         return with_path(value)
     return value or ""

@@ -7,13 +7,13 @@ from contextlib import aclosing, asynccontextmanager, contextmanager
 from typing import Final
 
 from sphero_probe.cli.baseline import Baseline
+from sphero_probe.cli.brief_table import brief_table
+from sphero_probe.cli.capture_comments import CommentingRecorder
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.journal import resume_hint
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.next_step import suggest_next
 from sphero_probe.cli.output import report
-from sphero_probe.cli.overview import overview
-from sphero_probe.cli.remarks import RemarkingRecorder
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
 from sphero_probe.errors import IncompleteError
@@ -74,7 +74,7 @@ def run_plan(
             journal.begin(session.connection, plan, consent, target)
             run = start_run(plan, session, target, interrupts, journal)
             with (
-                overview(output) as shown,
+                brief_table(output) as shown,
                 report(output, FINDINGS) as rows,
                 progress(plan.name, output) as show_progress,
             ):
@@ -148,7 +148,7 @@ def start_run(
     interrupts.stop_politely(stop)
     return engine_for(
         *(plan, session, node(target, connection.robot, connection.port), stop, journal),
-        recorder=RemarkingRecorder(journal or NullRecorder(), session.link.events),
+        recorder=CommentingRecorder(journal or NullRecorder(), session.link.events),
     )
 
 

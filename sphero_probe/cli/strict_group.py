@@ -7,7 +7,7 @@ from sphero_probe.cli.strict import StrictCommand
 
 
 class StrictGroup(StrictCommand, click.Group):
-    """A group with options, checked as those of ``StrictCommand``; they do not go with a subcommand."""
+    """A group with options, checked as those of ``StrictCommand``; a subcommand excludes them."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, then the subcommands."""

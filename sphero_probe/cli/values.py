@@ -199,7 +199,7 @@ class FlagOptions(NamedTuple):
 
 
 class RunChoice(NamedTuple):
-    """Which recorded runs are meant; the attributes are those of ``runs.selection.RunFilter``.
+    """Which recorded runs are meant; the attributes are those of ``runs.kept_runs.RunFilter``.
 
     Attributes:
         outcome: ``complete`` or ``incomplete``, None for either.

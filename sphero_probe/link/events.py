@@ -65,13 +65,13 @@ class UnsolicitedReceived(NamedTuple):
     unsolicited: Unsolicited
 
 
-class Remark(NamedTuple):
+class ProbeComment(NamedTuple):
     """What a layer above says of a probe.
 
     Attributes:
         number: of the probe.
         text: one line.
-        is_verdict: what came of it, once that is known; else it is about the frame that is sent next.
+        is_verdict: it is the result of the probe; otherwise it is about the frame that is sent next.
     """
 
     number: int
@@ -79,20 +79,20 @@ class Remark(NamedTuple):
     is_verdict: bool
 
 
-class Remarked(NamedTuple):
+class ProbeCommented(NamedTuple):
     """A layer above said something of a frame; the link itself emits none.
 
     Attributes:
         time: seconds on the clock of the event loop.
-        remark: what it says.
+        comment: what it says.
     """
 
     time: float
-    remark: Remark
+    comment: ProbeComment
 
 
-LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived | Remarked
-_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived, Remarked)
+LinkEvent = FrameSent | BytesReceived | ExchangeEnded | UnsolicitedReceived | ProbeCommented
+_KINDS: Final = (FrameSent, BytesReceived, ExchangeEnded, UnsolicitedReceived, ProbeCommented)
 _Event = TypeVar("_Event", bound=LinkEvent)
 
 

@@ -1,4 +1,4 @@
-"""Learn from how many commands in flight on a node loses some, because its queue overflows.
+"""Learn how many commands in flight make a node lose some, because its queue overflows.
 
 A radio loses packets whatever is in flight. A full queue loses those that were sent while many were waiting.
 So losses are counted by how many commands were in flight. It does no I/O and knows no time.

@@ -5,6 +5,7 @@ another device. Every documented read of the device gets surplus bytes. So do up
 nothing if they are executed: those that switch off a notification.
 """
 
+import asyncio
 from collections import Counter
 from functools import lru_cache
 from typing import Final
@@ -15,10 +16,11 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
-from sphero_probe.probing.profiles import ACCEPTED, Answer, DeviceProfile
+from sphero_probe.probing.profiles import ACCEPTED, GONE, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Generation, Verdict
+from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.reconnect import Reconnector
 
 SETTERS: Final = 2
@@ -85,8 +87,8 @@ class DeviceCalibration:
         self._impossible: dict[int, Answer | None] = {}
         self._executed: Command | None = None
         self._asked = self._rejected = 0
-        self._masks = False
-        self._exists = True
+        self._wrong: Reply | None = None
+        self._knows_impossible = False
         self._done: set[int] = set()
         self._tries: Counter[int] = Counter()
         self._claimed: frozenset[int] = frozenset()
@@ -98,8 +100,9 @@ class DeviceCalibration:
         Raises:
             LinkLostError: the link was lost.
         """
-        if not self._impossible:
-            self._exists = await self._ask_impossible()
+        if not self._knows_impossible:
+            await self._ask_impossible()
+            self._knows_impossible = True
 
     async def ask_reads(self) -> None:
         """Send a command that cannot exist, reads with surplus bytes, and read the robot's own list.
@@ -145,6 +148,16 @@ class DeviceCalibration:
             self._claimed,
         )
 
+    @property
+    def _exists(self) -> bool:
+        """Whether the device may exist."""
+        return self._wrong is None or self._wrong.verdict is not Verdict.NO_DEVICE
+
+    @property
+    def _masks(self) -> bool:
+        """Whether commands that cannot exist reject the wrong length."""
+        return self._wrong is not None and self._wrong.verdict is Verdict.BAD_LENGTH
+
     def _is_done(self, row: CommandRow) -> bool:
         """Whether a command was answered, or was in flight twice when the link dropped."""
         self._tries[row.cid] += 1
@@ -161,32 +174,42 @@ class DeviceCalibration:
     def _rows(self) -> tuple[list[CommandRow], list[CommandRow]]:
         return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
 
-    async def _ask_impossible(self) -> bool:
-        """Send a command that cannot exist, at both lengths; return whether the device may exist.
+    async def _ask_impossible(self) -> None:
+        """Send a command that cannot exist.
 
         If it is silent, a second such command is sent; if that is silent, too, silence is the answer.
         """
-        candidates = [Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS]
-        wrong = await self._ask_one_impossible(candidates[0])
-        if wrong.verdict is None and not wrong.blocked:
-            wrong = await self._ask_one_impossible(candidates[1])
-        self._masks = wrong.verdict is Verdict.BAD_LENGTH
-        if wrong.verdict in ACCEPTED:
+        first, second, third = (Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS)
+        for command in (first, second):
+            if self._wrong is None or (self._wrong.verdict is None and not self._wrong.blocked):
+                await self._ask_one_impossible(command)
+        if self._wrong and self._wrong.verdict in ACCEPTED:
             other = await self._questions.ask(
-                candidates[2]._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
+                third._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
             )
-            self._judge_yes(candidates[0], other)
-        return wrong.verdict is not Verdict.NO_DEVICE
+            self._judge_yes(first, other)
 
-    async def _ask_one_impossible(self, command: Command) -> Reply:
-        """Send one command at both lengths; return the reply to the wrong length."""
-        lengths = (WRONG_LENGTH, 0)
-        probes = [command._replace(payload=bytes(length)) for length in lengths]
-        replies = await self._questions.ask_all(probes, Verdict.NO_COMMAND.value)
-        for length, reply in zip(lengths, replies, strict=True):
-            if not reply.blocked:
-                self._impossible[length] = reply.answer
-        return replies[0]
+    async def _ask_one_impossible(self, command: Command) -> None:
+        """Send one command at the wrong length, and without payload once that was called absent.
+
+        An empty payload would run a command that exists after all. The echo that is sent along keeps the loss
+        of long answers apart from a full queue.
+        """
+        echo = ask_well_known(self._line.link, WellKnown.ECHO, self._target, attempts=1)
+        await asyncio.gather(self._ask_wrong_length(command), echo)
+        if self._wrong and self._wrong.verdict in GONE:
+            self._keep(0, await self._questions.ask(command, Verdict.NO_COMMAND.value))
+
+    async def _ask_wrong_length(self, command: Command) -> None:
+        """Send a command at the wrong length; its reply is kept even if the link is lost right after it."""
+        probe = command._replace(payload=bytes(WRONG_LENGTH))
+        self._wrong = await self._questions.ask(probe, Verdict.NO_COMMAND.value)
+        self._keep(WRONG_LENGTH, self._wrong)
+
+    def _keep(self, length: int, reply: Reply) -> None:
+        """Keep what a command that cannot exist answers at a length."""
+        if not reply.blocked:
+            self._impossible[length] = reply.answer
 
     def _judge_yes(self, command: Command, other: Reply) -> None:
         """Record that a command that cannot exist succeeded.

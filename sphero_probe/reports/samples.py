@@ -1,4 +1,4 @@
-"""Puts the values of sensor streams together to samples: one row with every value that was asked for."""
+"""Combines the values of sensor streams into samples: one row with every value that was asked for."""
 
 from collections.abc import Iterable, Mapping
 from typing import Final

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple, Self, TextIO
 
 from rich.cells import cell_len, set_cell_size
-from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
 from sphero_probe.reports.printable import visible
 from sphero_probe.reports.rows import robot_row
+from sphero_probe.reports.terminal import live_console
 from sphero_probe.transports.base import Seen
 
 GONE_AFTER: Final = 10.0
@@ -223,15 +223,7 @@ class LiveTable:
     """A table on a terminal that is redrawn in place; the last one stays on the screen."""
 
     def __init__(self, out: TextIO, *, color: bool, unicode: bool) -> None:
-        self._console = Console(
-            file=out,
-            force_terminal=True,
-            force_jupyter=False,
-            color_system="standard" if color else None,
-            markup=False,
-            emoji=False,
-            highlight=False,
-        )
+        self._console = live_console(out, color=color)
         self._unicode = unicode
         self._drawn: tuple[str, tuple[int, int]] | None = None
         self._last: tuple[Sequence[Sighting], float] | None = None

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Final, Self, TextIO
 
-from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
@@ -13,6 +12,7 @@ from sphero_probe.catalogue.stream_plan import StreamColumn
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.samples import SAMPLE
 from sphero_probe.reports.sparkline import sparkline
+from sphero_probe.reports.terminal import live_console
 
 _KEPT: Final = 500
 """Values of a sensor that are kept for its sparkline and its range."""
@@ -33,15 +33,7 @@ class StreamWatch:
         self._count = 0
         self._hint = _HINT
         self._unicode = unicode
-        self._console = Console(
-            file=out,
-            force_terminal=True,
-            force_jupyter=False,
-            color_system="standard" if color else None,
-            markup=False,
-            emoji=False,
-            highlight=False,
-        )
+        self._console = live_console(out, color=color)
         self._live = Live(
             console=self._console,
             get_renderable=self._page,

@@ -166,6 +166,19 @@ class TerminalWriter:
         return visible(cell, limit=None, unicode=self.unicode)
 
 
+def live_console(out: TextIO, *, color: bool) -> Console:
+    """Return the console of a page that is redrawn in place."""
+    return Console(
+        file=out,
+        force_terminal=True,
+        force_jupyter=False,
+        color_system="standard" if color else None,
+        markup=False,
+        emoji=False,
+        highlight=False,
+    )
+
+
 def fold(text: str, width: int) -> list[str]:
     """Return the text in lines of at most ``width`` columns."""
     if cell_len(text) <= width:

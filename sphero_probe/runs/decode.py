@@ -15,21 +15,21 @@ from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Confidence, Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol import CODECS
+from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import USUAL, Command, Generation, Response, Role, SendOptions
 from sphero_probe.runs.fields import Fields
 
 SCHEMA_VERSION: Final = 1
-MAX_LINE: Final = 1 << 20
-"""Bytes of one line, with its end."""
 MAX_TEXT: Final = 1 << 16
 """Characters of a text for the user."""
 MAX_WORD: Final = 512
 """Characters of a name."""
-_NUMBERS: Final = 1 << 31
+MAX_NUMBER: Final = 1 << 31
+"""Of a probe, and of what is counted."""
 _GENERATIONS: Final = {word.value: word for word in Generation}
 _ROBOTS: Final = {key: key for key in ("", *ROBOTS)}
-_OUTCOMES: Final = {word.value: word for word in Outcome}
-_CONFIDENCES: Final = {word.value: word for word in Confidence}
+OUTCOMES: Final = {word.value: word for word in Outcome}
+CONFIDENCES: Final = {word.value: word for word in Confidence}
 _EXCHANGES: Final = {word: word for word in ("answered", "silent", "refused")}
 
 
@@ -120,7 +120,7 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
             fields.flag("resumed")
             return heading_of(fields)
         case "intent":
-            return Intent(fields.whole("number", 1, _NUMBERS), _command(fields), fields.risk("risk"))
+            return Intent(fields.whole("number", 1, MAX_NUMBER), _command(fields), fields.risk("risk"))
         case "finding":
             return _finding(fields, opening)
         case "note":
@@ -132,7 +132,7 @@ def decode(data: dict[str, object], opening: Opening | None) -> Entry:
 
 
 def _opening(fields: Fields) -> Opening:
-    if fields.whole("schema_version", 0, _NUMBERS) != SCHEMA_VERSION:
+    if fields.whole("schema_version", 0, MAX_NUMBER) != SCHEMA_VERSION:
         raise BadLineError(f"a journal of another version; this tool reads {SCHEMA_VERSION}")
     return Opening(
         fields.text("command", MAX_WORD),
@@ -191,15 +191,15 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
     codec = CODECS[opening.generation]
     exchange = _exchange(fields, command, risk, opening.generation)
     return Finding(
-        fields.whole("number", 1, _NUMBERS),
+        fields.whole("number", 1, MAX_NUMBER),
         command,
-        fields.one_of("outcome", _OUTCOMES),
-        fields.one_of("confidence", _CONFIDENCES),
+        fields.one_of("outcome", OUTCOMES),
+        fields.one_of("confidence", CONFIDENCES),
         risk,
         exchange,
         lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
-        fields.whole("attempts", 0, _NUMBERS),
+        fields.whole("attempts", 0, MAX_NUMBER),
         fields.text("note", MAX_TEXT),
     )
 
@@ -212,10 +212,20 @@ def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generati
     if kind == "silent":
         return Silent(command, seq, sent, seconds)
     received = fields.raw("received")
-    packets = CODECS[generation].decoder(Role.HOST).feed(received)
+    response = response_of(received, CODECS[generation])
+    return Answered(command, seq, sent, response, received, seconds)
+
+
+def response_of(received: bytes, codec: Codec) -> Response:
+    """Return the response that a frame holds.
+
+    Raises:
+        BadLineError: it is not one response.
+    """
+    packets = codec.decoder(Role.HOST).feed(received)
     if len(packets) != 1 or not isinstance(packets[0], Response):
         raise BadLineError("received is not one response")
-    return Answered(command, seq, sent, packets[0], received, seconds)
+    return packets[0]
 
 
 def summary_of(fields: Fields) -> Summary:
@@ -225,8 +235,8 @@ def summary_of(fields: Fields) -> Summary:
         BadLineError: a field is missing, of a wrong type or out of range.
     """
     counts = {Outcome(word): count for word, count in fields.counts("counts", tuple(Outcome)).items()}
-    probes = fields.whole("probes_sent", 0, _NUMBERS)
-    frames = fields.whole("frames_sent", 0, _NUMBERS) if fields.has("frames_sent") else None
+    probes = fields.whole("probes_sent", 0, MAX_NUMBER)
+    frames = fields.whole("frames_sent", 0, MAX_NUMBER) if fields.has("frames_sent") else None
     if frames is None:
         probes, frames = sum(counts.values()) - counts.get(Outcome.SKIPPED, 0), probes
     strictness = fields.texts("strictness") if fields.has("strictness") else {}

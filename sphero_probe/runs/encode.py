@@ -10,11 +10,11 @@ from json.encoder import encode_basestring_ascii
 from typing import Final, assert_never
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.json_files import MAX_LINE
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Summary
 from sphero_probe.protocol.packets import USUAL, Command
 from sphero_probe.runs.decode import (
-    MAX_LINE,
     MAX_TEXT,
     MAX_WORD,
     SCHEMA_VERSION,

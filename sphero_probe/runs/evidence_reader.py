@@ -1,14 +1,13 @@
 """Read evidence files, which may come from strangers: size, type and range of everything are checked."""
 
-import os
 import re
-import stat
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.errors import BadInputFileError, BadLineError
+from sphero_probe.json_files import open_regular, parse, why
 from sphero_probe.probing.evidence import (
     Asked,
     Burst,
@@ -23,8 +22,7 @@ from sphero_probe.probing.evidence import (
 from sphero_probe.probing.profiles import Strictness
 from sphero_probe.protocol.packets import Command, Generation
 from sphero_probe.runs.evidence import DIGEST_BYTES, SCHEMA_VERSION, TYPE
-from sphero_probe.runs.fields import Fields, parse
-from sphero_probe.runs.reader import FLAGS, why
+from sphero_probe.runs.fields import Fields
 from sphero_probe.transports.registry import SCHEMES
 
 MAX_FILE: Final = 1 << 20
@@ -50,14 +48,7 @@ def read_evidence(path: Path) -> Evidence:
     Raises:
         BadInputFileError: it cannot be read, or is no evidence file; the message says why.
     """
-    try:
-        descriptor = os.open(path, os.O_RDONLY | FLAGS)
-    except (OSError, ValueError) as error:
-        raise BadInputFileError(f"{path}: {why(error)}") from error
-    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-        os.close(descriptor)
-        raise BadInputFileError(f"{path}: not a regular file")
-    with os.fdopen(descriptor, "rb") as file:
+    with open_regular(path) as file:
         try:
             text = file.read(MAX_FILE + 1)
         except OSError as error:

@@ -1,9 +1,7 @@
-"""Parse one line of an untrusted journal, and check type and range of its fields."""
+"""Check type and range of the fields of an untrusted JSON object."""
 
-import json
-import math
 from collections.abc import Iterable, Mapping
-from typing import Final, NoReturn, TypeVar
+from typing import Final, TypeVar
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadLineError
@@ -20,36 +18,6 @@ _OWN_KEYS: Final = frozenset({"type", "kind", "text", "schema_version"})
 _RISKS: Final = {risk.word: risk for risk in Risk}
 
 _Member = TypeVar("_Member")
-
-
-def parse(line: bytes) -> dict[str, object]:
-    """Return the JSON object of a line.
-
-    Raises:
-        BadLineError: the line is not a JSON object.
-    """
-    try:
-        data = _decode(line.decode("utf-8", "surrogatepass"))
-    except (ValueError, RecursionError) as error:
-        raise BadLineError("not valid JSON") from error
-    if not isinstance(data, dict):
-        raise BadLineError("not a JSON object")
-    return data
-
-
-def _reject_constant(_: str) -> NoReturn:
-    raise ValueError("not a finite number")
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError("not a finite number")
-    return value
-
-
-_decode = json.JSONDecoder(parse_constant=_reject_constant, parse_float=_finite).decode
-"""One decoder for all lines: ``json.loads`` would make one for each."""
 
 
 class Fields:

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Final, Self
 
 from sphero_probe.errors import BadInputFileError, OutputError
+from sphero_probe.json_files import FLAGS, why
 from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Finding, Heading, Record
 from sphero_probe.runs.decode import Opening
 from sphero_probe.runs.encode import encode, encode_finding, encode_intent
 from sphero_probe.runs.lock import lock
-from sphero_probe.runs.reader import FLAGS, Recorded, read_descriptor, why
+from sphero_probe.runs.reader import Recorded, read_descriptor
 from sphero_probe.session.identity import Identity, difference
 
 _APPEND: Final = os.O_APPEND | FLAGS

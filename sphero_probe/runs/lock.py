@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from sphero_probe.errors import InUseError, OutputError
-from sphero_probe.runs.reader import why
+from sphero_probe.json_files import why
 
 _LOCK_AT: Final = 1 << 40
 """The byte to lock on Windows, which locks bytes, not files; far behind the end of any journal."""

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from sphero_probe.errors import BadInputFileError, BadLineError
+from sphero_probe.json_files import parse, why
 from sphero_probe.probing.finding import Heading, Outcome, Summary
 from sphero_probe.runs.decode import Entry, Opening, decode
-from sphero_probe.runs.fields import parse
-from sphero_probe.runs.reader import Recorded, check_size, open_to_read, read_journal, why
+from sphero_probe.runs.reader import Recorded, check_size, open_to_read, read_journal
 from sphero_probe.runs.store import journal_files
 
 _HEAD: Final = 1 << 13

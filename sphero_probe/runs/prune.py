@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 
 from sphero_probe.errors import InUseError, OutputError, SpheroProbeError
+from sphero_probe.json_files import FLAGS, why
+from sphero_probe.runs.kept_runs import KeptRun
 from sphero_probe.runs.lock import lock
-from sphero_probe.runs.reader import FLAGS, why
-from sphero_probe.runs.selection import KeptRun
 from sphero_probe.runs.tags import tags_file
 
 

@@ -1,6 +1,5 @@
 """Read a journal file, which may come from a stranger, and return the records of its run."""
 
-import gc
 import os
 import stat
 from collections.abc import Mapping, Sequence
@@ -9,17 +8,15 @@ from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, BadLineError
+from sphero_probe.json_files import FLAGS, MAX_LINE, parse, why, without_collector
 from sphero_probe.link.exchange import Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.probing.recorder import PreviousResults
-from sphero_probe.runs.decode import MAX_LINE, Intent, Opening, decode
-from sphero_probe.runs.fields import parse
+from sphero_probe.runs.decode import Intent, Opening, decode
 
 MAX_FILE: Final = 1 << 29
 """Bytes of a journal."""
-FLAGS: Final = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-"""Flags to open a file of any kind without waiting."""
 
 
 class Recorded(NamedTuple):
@@ -110,29 +107,11 @@ def read_journal(path: Path) -> Recorded:
         BadInputFileError: it cannot be read, or is not a journal of this tool; the message names the line.
     """
     descriptor = open_to_read(path)
-    collecting = gc.isenabled()
-    gc.disable()  # a journal is very many small objects without cycles: looking for some costs a seventh
     try:
-        return read_descriptor(descriptor, path)
+        with without_collector():
+            return read_descriptor(descriptor, path)
     finally:
         os.close(descriptor)
-        if collecting:
-            gc.enable()
-
-
-def open_regular(path: Path) -> int:
-    """Return a descriptor to read a file, which the caller closes.
-
-    Raises:
-        BadInputFileError: it cannot be read, is not a regular file, or is larger than any journal.
-    """
-    descriptor = open_to_read(path)
-    try:
-        check_size(descriptor, path)
-    except BadInputFileError:
-        os.close(descriptor)
-        raise
-    return descriptor
 
 
 def open_to_read(path: Path) -> int:
@@ -222,8 +201,3 @@ def may_become_opening(line: bytes) -> bool:
     """Whether a torn first line is the start of a journal."""
     begin = b'{"type":"journal",'
     return line.startswith(begin) or begin.startswith(line)
-
-
-def why(error: OSError | ValueError) -> str:
-    """Return the system's message for a file error."""
-    return (error.strerror if isinstance(error, OSError) else "") or str(error)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import BinaryIO, Final, Self
 
 from sphero_probe.errors import BadInputFileError, BadLineError
+from sphero_probe.json_files import MAX_LINE, parse
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
-from sphero_probe.runs.decode import MAX_LINE, Entry, Opening, decode
-from sphero_probe.runs.fields import parse
+from sphero_probe.runs.decode import Entry, Opening, decode
 from sphero_probe.runs.reader import calibrated, check_size, may_become_opening, open_to_read
 
 _INTENT: Final = b'{"type":"intent",'

@@ -3,32 +3,34 @@
 The file may come from a stranger: its size is bounded, and type and range of every field are checked.
 """
 
-import gc
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Final
+from typing import BinaryIO, Final
 
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.errors import BadInputFileError, BadLineError
-from sphero_probe.probing.finding import Confidence, Heading, Outcome, Summary
+from sphero_probe.json_files import MAX_LINE, JsonObjects, open_regular, parse, without_collector
+from sphero_probe.probing.finding import Confidence, Heading, Summary
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
-from sphero_probe.protocol.codec import Codec, Decoder
-from sphero_probe.protocol.packets import Generation, Request, Response, Role
-from sphero_probe.runs.decode import MAX_LINE, MAX_TEXT, MAX_WORD, Opening, decode
-from sphero_probe.runs.fields import Fields, parse
-from sphero_probe.runs.reader import open_regular
+from sphero_probe.protocol.codec import Codec
+from sphero_probe.protocol.packets import Generation, Request, Role
+from sphero_probe.runs.decode import (
+    MAX_NUMBER,
+    MAX_TEXT,
+    MAX_WORD,
+    OUTCOMES,
+    Opening,
+    decode,
+    response_of,
+)
+from sphero_probe.runs.fields import Fields
+from sphero_probe.runs.reader import MAX_FILE
 from sphero_probe.runs.sides import Observation, Side, run_side
 
-_MAX_WHOLE: Final = 1 << 26
-"""Bytes of a report with another line break than after each object: it is parsed at once."""
-_NUMBERS: Final = 1 << 31
-_OUTCOMES: Final = {word.value: word for word in Outcome}
 _CERTAIN: Final = {word.value: word is Confidence.CERTAIN for word in Confidence}
 _OTHER_TYPES: Final = frozenset(("note", "diff", "difference", "uncertain", "diff_summary"))
-"""Of a run that was compared with a baseline, too."""
+"""Objects of a report that say nothing about one command; a comparison with a baseline adds some."""
+_HINT: Final = "it takes a journal, or a report of a run in JSON: -o FILE.json"
 _JOURNAL: Final = b'{"type":"journal",'
 _INTENT: Final = b'{"type":"intent",'
 
@@ -43,25 +45,13 @@ def file_side(path: Path, source: str) -> Side:
     Raises:
         BadInputFileError: it cannot be read, or holds no run; the message names the line or object.
     """
-    with os.fdopen(open_regular(path), "rb") as file, _without_collector():
+    with open_regular(path, "see: sphero-probe runs", MAX_FILE) as file, without_collector():
         is_journal = file.read(len(_JOURNAL)) == _JOURNAL
         file.seek(0)
         return (_journal_side if is_journal else _report_side)(file, path, source)
 
 
-@contextmanager
-def _without_collector() -> Iterator[None]:
-    """Keep the garbage collector off: it costs a tenth of the time, and reading makes no cycles."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
-
-
-def _journal_side(file: IO[bytes], path: Path, source: str) -> Side:
+def _journal_side(file: BinaryIO, path: Path, source: str) -> Side:
     """Return the run of a journal; a torn last line is skipped, as ``reader`` does."""
     journal = _Journal()
     number = 0
@@ -111,7 +101,7 @@ class _Journal:
         """
         if self.opening and data.get("type") == "finding":
             fields = Fields(data)
-            number = fields.whole("number", 1, _NUMBERS)
+            number = fields.whole("number", 1, MAX_NUMBER)
             self.found[number] = self._observation(fields, self.opening)
             return
         match decode(data, self.opening):
@@ -139,17 +129,17 @@ def _heading_of(opening: Opening) -> Heading:
     return Heading(opening.robot, model, opening.device, {}, opening.plan, "", consent, {}, "")
 
 
-def _report_side(file: IO[bytes], path: Path, source: str) -> Side:
+def _report_side(file: BinaryIO, path: Path, source: str) -> Side:
     report = _Report()
-    try:
-        for data in _objects(file):
+    objects = JsonObjects(file, path)
+    is_empty = True
+    for data in objects:
+        is_empty = False
+        try:
             report.add(data)
-    except BadLineError as error:
-        raise BadInputFileError(
-            f"{path}: object {report.read + 1}: {error}",
-            "it takes a journal, or a report of a run in JSON: -o FILE.json",
-        ) from error
-    if not report.read:
+        except BadLineError as error:
+            raise objects.bad(error, _HINT) from error
+    if is_empty:
         raise BadInputFileError(f"{path}: this file is empty")
     codec = report.codec or CODECS[Generation.V2]
     found = report.found.values()
@@ -164,7 +154,6 @@ class _Report:
         found: number of a probe -> what it tells; a later object replaces what it verified.
         complete: whether the run asked everything that it should.
         codec: of the robot's protocol, None before a robot or a frame was seen.
-        read: objects so far.
     """
 
     def __init__(self) -> None:
@@ -172,7 +161,6 @@ class _Report:
         self.found: dict[int, Observation] = {}
         self.complete = False
         self.codec: Codec | None = None
-        self.read = 0
 
     def add(self, data: dict[str, object]) -> None:
         """Take the next object.
@@ -183,7 +171,7 @@ class _Report:
         fields = Fields(data)
         match data.get("type"):
             case "finding":
-                self.found[fields.whole("number", 1, _NUMBERS)] = self._observation(fields)
+                self.found[fields.whole("number", 1, MAX_NUMBER)] = self._observation(fields)
             case "run":
                 self.heading = _heading(fields)
                 if robot := ROBOTS.get(self.heading.robot):
@@ -192,17 +180,16 @@ class _Report:
                 self.complete = fields.flag("complete")
             case kind if kind not in _OTHER_TYPES:
                 raise BadLineError("not an object of a run's report")
-        self.read += 1
 
     def _observation(self, fields: Fields) -> Observation:
         sent, received = fields.raw_or_none("sent"), fields.raw_or_none("received")
         codec = self.codec = self.codec or _codec_of(sent or received or b"")
         request = fields.raw_or_none("request") or b""
         if sent and not fields.has("request"):  # reports of version 0.1.0 do not have it
-            packet = _only(codec.decoder(Role.ROBOT), sent, "sent")
-            if not isinstance(packet, Request):
+            packets = codec.decoder(Role.ROBOT).feed(sent)
+            if len(packets) != 1 or not isinstance(packets[0], Request):
                 raise BadLineError("sent is not one command")
-            request = packet.command.payload
+            request = packets[0].command.payload
         name = fields.text_or_none("name", MAX_WORD)
         return _observation(fields, fields.byte("did"), fields.byte("cid"), request, received, name, codec)
 
@@ -216,28 +203,18 @@ def _observation(
     name: str | None,
     codec: Codec,
 ) -> Observation:
-    response = _only(codec.decoder(Role.HOST), received, "received") if received else None
-    if not (response is None or isinstance(response, Response)):
-        raise BadLineError("received is not one response")
     return Observation(
         fields.byte_or_none("target"),
         did,
         cid,
         request,
-        fields.one_of("outcome", _OUTCOMES),
+        fields.one_of("outcome", OUTCOMES),
         fields.one_of("confidence", _CERTAIN),
         fields.risk("risk"),
-        response,
+        response_of(received, codec) if received else None,
         name,
         fields.text("note", MAX_TEXT),
     )
-
-
-def _only(decoder: Decoder, frame: bytes, key: str) -> object:
-    packets = decoder.feed(frame)
-    if len(packets) != 1:
-        raise BadLineError(f"{key} is not one packet")
-    return packets[0]
 
 
 def _codec_of(frame: bytes) -> Codec:
@@ -251,35 +228,3 @@ def _heading(fields: Fields) -> Heading:
     robot, model, device = (fields.text(key, MAX_TEXT) for key in ("robot", "model", "device"))
     plan, version, started = (fields.text(key, MAX_TEXT) for key in ("plan", "tool_version", "started"))
     return Heading(robot, model, device, fields.texts("firmware"), plan, version, (), {}, started)
-
-
-def _objects(file: IO[bytes]) -> Iterator[dict[str, object]]:
-    """Yield the objects of a report: one a line, as this tool writes them, or one array of any layout."""
-    first = file.readline(MAX_LINE + 1)
-    if first.strip() == b"[":
-        first = file.readline(MAX_LINE + 1)
-    if first.lstrip().startswith(b"{") and first.rstrip(b",\n\r ").endswith(b"}"):
-        yield from _lines(first, file)
-    elif first.strip():
-        file.seek(0)
-        yield from _whole(file.read(_MAX_WHOLE + 1))
-
-
-def _lines(line: bytes, file: IO[bytes]) -> Iterator[dict[str, object]]:
-    while line:
-        if len(line) > MAX_LINE:
-            raise BadLineError(f"a line of more than {MAX_LINE} bytes")
-        text = line.strip().removesuffix(b",")
-        if text and text != b"]":
-            yield parse(text)
-        line = file.readline(MAX_LINE + 1)
-
-
-def _whole(text: bytes) -> Iterator[dict[str, object]]:
-    if len(text) > _MAX_WHOLE:
-        raise BadLineError(f"a report of more than {_MAX_WHOLE} bytes without a line for each object")
-    held = parse(b'{"all":' + text + b"}").get("all")
-    for data in held if isinstance(held, list) else [held]:
-        if not isinstance(data, dict):
-            raise BadLineError("not a JSON object")
-        yield data

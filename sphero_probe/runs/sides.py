@@ -1,7 +1,7 @@
 """The sides of a comparison: what a run, a report, the catalogue or a robot's own list says about commands.
 
 ``Side`` is the main class. ``Observations`` makes one from the findings of a run, ``listed_sides`` those that
-need no run, ``report_file`` reads one from a JSON report.
+need no run, ``side_files`` reads one from a file.
 """
 
 from collections.abc import Callable, Iterable, Mapping

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from sphero_probe.errors import OutputError, UsageError
-from sphero_probe.runs.reader import why
+from sphero_probe.json_files import why
 
 SUFFIX: Final = ".tags"
 _TAG: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}")

@@ -57,7 +57,7 @@ async def open_session(
         options: how to connect.
         timeout: seconds until a command counts as silent; None measures it.
         tolerate: the fields in which an answer may differ and still count, of ``link.tracker.TOLERANCES``.
-        events: where the link tells what happens, for who listens from its start.
+        events: where the link tells what happens, for those who listen from its start.
         opened: gives the connection to use; None opens the address.
 
     Raises:

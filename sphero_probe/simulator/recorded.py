@@ -32,7 +32,7 @@ _ECHO: Final = 2
 
 
 class Unknown(Enum):
-    """What a command gets that was never recorded, where it is no code of the caller's choice."""
+    """What a command gets that was never recorded, if no response code was chosen for it."""
 
     TOLD = "told"
     """The answer ``NOT_RECORDED``."""
@@ -180,7 +180,7 @@ class RecordedRobot:
         return response._replace(target=Address.from_byte(request.source)._replace(port=asked.port).byte)
 
     def _find(self, request: Request) -> RecordedExchange | None:
-        """Return what was recorded for a command, or for the likest one of the same pair."""
+        """Return what was recorded for a command, or for the most similar one of the same pair."""
         command = request.command
         for pair in self._pairs(command):
             payloads = self._recorded.get(pair)

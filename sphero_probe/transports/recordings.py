@@ -4,25 +4,21 @@ Only what was on the wire is taken from a journal or report: the hexadecimal ``s
 findings, and of the exchanges in its notes. The codecs decode them again.
 """
 
-import json
 import os
-import stat
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from functools import lru_cache
-from typing import BinaryIO, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.errors import BadInputFileError, UnreadableCaptureError
+from sphero_probe.json_files import JsonObjects, open_regular
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Request, Response, Role
 from sphero_probe.simulator.recorded import RecordedExchange
 
 MAX_EXCHANGES: Final = 1 << 18
-_MAX_LINE: Final = 1 << 20
-_MAX_ARRAY: Final = 1 << 26
-"""Bytes of a report that is one JSON array."""
+_HINT: Final = "recorded runs: sphero-probe runs"
 _MAX_NAME: Final = 64
 MAX_DELAY: Final = 600.0
 """Seconds that an answer is held back at most."""
@@ -58,7 +54,7 @@ def read_recording(path: str, connection: int | None = None) -> Recording:
         BadInputFileError: it cannot be read, or holds no exchange.
         UsageError: the capture holds several robots and none was chosen, or there is no such connection.
     """
-    with _opened(path) as file:
+    with open_regular(path, _HINT) as file:
         status = os.fstat(file.fileno())
         return _read(path, connection, (status.st_dev, status.st_ino, status.st_mtime_ns, status.st_size))
 
@@ -66,12 +62,12 @@ def read_recording(path: str, connection: int | None = None) -> Recording:
 @lru_cache(maxsize=4)
 def _read(path: str, connection: int | None, _version: tuple[int, ...]) -> Recording:
     """Read a version of a file once: several layers ask what is in it."""
-    with _opened(path) as file:
+    with open_regular(path, _HINT) as file:
         try:
             first = file.read(1)
             file.seek(0)
             if first in (b"{", b"["):
-                return _of_objects(_array(file, path) if first == b"[" else _lines(file, path), path)
+                return _of_objects(JsonObjects(file, path, lenient=True), path)
 
             from sphero_probe.transports.recorded_captures import read_capture
 
@@ -87,56 +83,12 @@ def _read(path: str, connection: int | None, _version: tuple[int, ...]) -> Recor
     return recording
 
 
-@contextmanager
-def _opened(path: str) -> Iterator[BinaryIO]:
-    flags = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    try:
-        descriptor = os.open(path, os.O_RDONLY | flags)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise BadInputFileError(
-            f"cannot read {path}: {reason}", "recorded runs: sphero-probe runs"
-        ) from error
-    with os.fdopen(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise BadInputFileError(f"{path}: not a regular file")
-        yield file
-
-
-def _lines(file: BinaryIO, path: str) -> Iterator[object]:
-    """Yield the JSON value of each line."""
-    number = 0
-    while line := file.readline(_MAX_LINE + 1):
-        number += 1
-        if len(line) > _MAX_LINE:
-            raise BadInputFileError(f"{path}:{number}: a line of more than {_MAX_LINE} bytes")
-        try:
-            yield json.loads(line)
-        except (ValueError, RecursionError) as error:
-            if number > 1 and not line.endswith(b"\n"):
-                return  # a run that was killed leaves half a line
-            raise BadInputFileError(f"{path}:{number}: not valid JSON") from error
-
-
-def _array(file: BinaryIO, path: str) -> Iterator[object]:
-    """Yield the values of a JSON array."""
-    text = file.read(_MAX_ARRAY + 1)
-    if len(text) > _MAX_ARRAY:
-        raise BadInputFileError(f"{path}: an array of more than {_MAX_ARRAY} bytes", "use --format jsonl")
-    try:
-        yield from json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise BadInputFileError(f"{path}: not valid JSON") from error
-
-
-def _of_objects(values: Iterable[object], path: str) -> Recording:
+def _of_objects(objects: Iterable[dict[str, object]], path: str) -> Recording:
     robot: Robot | None = None
     name = ""
     generation: Generation | None = None
     exchanges: list[RecordedExchange] = []
-    for number, data in enumerate(values, 1):
-        if not isinstance(data, dict):
-            continue
+    for number, data in enumerate(objects, 1):
         if data.get("type") in _HEADS:
             robot = ROBOTS.get(str(data.get("robot"))) or robot
             name = str(data.get("device") or name)[:_MAX_NAME]

@@ -129,7 +129,7 @@ def test_cancelling_closes_cleanly(seconds: float) -> None:
 def test_a_task_that_still_iterates_is_told_when_the_connection_is_left() -> None:
     async def work() -> None:
         async with connect(SLOW) as robot:
-            task = asyncio.create_task(robot.sweep(did=0x13).collect())
+            task = asyncio.create_task(robot.sweep(did=range(0x10, 0x14)).collect())
             await asyncio.sleep(0.5)
         (ended,) = await asyncio.gather(task, return_exceptions=True)
         assert isinstance(ended, LinkLostError) or not ended.complete  # type: ignore[union-attr]

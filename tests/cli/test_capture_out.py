@@ -1,6 +1,7 @@
 """``--capture`` writes every frame as it happens, in a file that Wireshark and this tool read."""
 
 import io
+import json
 import shutil
 import struct
 import subprocess
@@ -129,17 +130,28 @@ def by_probe(file: bytes) -> dict[int, list[str]]:
     return said
 
 
+def answers_in(journal: Path) -> list[str]:
+    """The answers of a journal, in the order in which they were written; the last of each probe counts."""
+    last: dict[int, str] = {}
+    for entry in map(json.loads, journal.read_text().splitlines()):
+        if entry["type"] == "finding":
+            last.pop(entry["number"], None)
+            last[entry["number"]] = entry.get("received") or ""
+    return [answer for answer in last.values() if answer]
+
+
 ASKED = ("sweep", "--did", "0x13", "--cid", "0x03-0x12", "--format", "jsonl", "--device")
 
 
 def test_comments_tell_number_and_verdict_of_each_probe(cli: Cli, tmp_path: Path) -> None:
-    live, later = tmp_path / "live.pcapng", tmp_path / "later.pcapng"
-    ran = cli(*ASKED, "fake:bolt-plus?silent=0x13:0x07", "--allow", "persist", "--capture", str(live))
+    live, later, journal = (tmp_path / name for name in ("live.pcapng", "later.pcapng", "run.jsonl"))
+    asked = (*ASKED, "fake:bolt-plus?silent=0x13:0x07", "--allow", "persist")
+    ran = cli(*asked, "--capture", str(live), "--journal", str(journal))
     assert ran.code == 0, ran.err
     findings = [row for row in objects(ran.out) if row["type"] == "finding" and row["attempts"]]
     outcomes = {row["number"]: row["outcome"] for row in findings}
     assert {"exists", "absent", "silent"} <= set(outcomes.values())
-    assert cli("capture", "convert", "last", "--to", "pcapng", "-o", str(later)).code == 0
+    assert cli("capture", "convert", str(journal), "--to", "pcapng", "-o", str(later)).code == 0
     for path in (live, later):
         said = by_probe(path.read_bytes())
         assert set(said) == set(outcomes)
@@ -147,7 +159,8 @@ def test_comments_tell_number_and_verdict_of_each_probe(cli: Cli, tmp_path: Path
             assert said[number][0].startswith("0x13:0x")
             assert said[number][-1].startswith(outcome)
     answers = [at.raw.hex() for at in packets(later.read_bytes()) if at.to_robot is False]
-    assert [row["received"] for row in findings if row["received"]] == answers
+    assert sorted(row["received"] for row in findings if row["received"]) == sorted(answers)
+    assert answers == answers_in(journal)
 
 
 def test_the_comment_of_an_answer_is_on_the_answer(cli: Cli, tmp_path: Path) -> None:

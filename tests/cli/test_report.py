@@ -167,10 +167,10 @@ def test_a_command_sent_alone_can_be_shown_again(cli: Cli, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[1]", "not a list of JSON objects"),
+        ("[1]", "object 1: not a JSON object"),
         ("[", ""),
         ("[\n{", "not valid JSON"),
-        ('[{"type": "packet"}]', ":1: not an object of a run"),
+        ('[{"type": "packet"}]', "object 1: not an object of a run"),
         ('{"type": "finding"}', ":1: did is not a number from 0 to 255"),
         ('{"type": "run", "robot": "hal"}', "robot is not one of"),
         ('{"type": "note", "kind": "x", "text": "y", "deep": ' + "[" * 900 + "]" * 900 + "}", ""),

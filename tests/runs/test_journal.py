@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, BadLineError, InUseError, LinkLostError, OutputError
+from sphero_probe.json_files import parse
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.probing.engine import Engine
@@ -23,7 +24,7 @@ from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
 from sphero_probe.runs.decode import Opening, decode, digest_of
 from sphero_probe.runs.encode import encode
-from sphero_probe.runs.fields import Fields, parse
+from sphero_probe.runs.fields import Fields
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.reader import Recorded, read_journal
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings

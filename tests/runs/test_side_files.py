@@ -134,19 +134,19 @@ def test_the_line_that_the_next_test_spoils_is_good(tmp_path: Path) -> None:
         pytest.param("hello\n", "object 1: not valid JSON", id="no-json"),
         pytest.param("[1, 2]", "object 1: not a JSON object", id="no-objects-in-it"),
         pytest.param("[" * 100_000, "object 1: not valid JSON", id="deep"),
-        pytest.param('{"type": "robot"}\n', "object 1: not an object of a run", id="another-report"),
-        pytest.param(f"{GOOD}\n{{}}\n", "object 2: not an object of a run", id="second"),
-        pytest.param(f"[\n{GOOD},\nnope\n]\n", "object 2: not valid JSON", id="in-an-array"),
+        pytest.param('{"type": "robot"}\n', ":1: not an object of a run", id="another-report"),
+        pytest.param(f"{GOOD}\n{{}}\n", ":2: not an object of a run", id="second"),
+        pytest.param(f"[\n{GOOD},\nnope\n]\n", ":3: not valid JSON", id="in-an-array"),
         pytest.param(GOOD.replace('"did": 1', '"did": 256'), "did is not a number from 0 to 255", id="did"),
         pytest.param(GOOD.replace('"did": 1', '"did": NaN'), "not valid JSON", id="nan"),
         pytest.param(GOOD.replace('"sent": null', '"sent": "zz"'), "sent is not hex", id="hex"),
-        pytest.param(GOOD.replace('"sent": null', '"sent": "8d"'), "sent is not one packet", id="frame"),
+        pytest.param(GOOD.replace('"sent": null', '"sent": "8d"'), "sent is not one command", id="frame"),
         pytest.param(
             GOOD.replace('"received": null', '"received": "8dd8"'), "received is not one", id="answer"
         ),
         pytest.param(GOOD.replace("absent", "gone"), "outcome is not one of", id="outcome"),
         pytest.param(GOOD.replace('"name": null', f'"name": "{"x" * 600}"'), "name is not a text", id="long"),
-        pytest.param(f"{GOOD}\n{' ' * ((1 << 20) + 1)}", "object 2: a line of more than", id="long-line"),
+        pytest.param(f"{GOOD}\n{' ' * ((1 << 20) + 1)}", ":2: a line of more than", id="long-line"),
     ],
 )
 def test_a_bad_file_is_named_with_its_place(tmp_path: Path, text: str, says: str) -> None:

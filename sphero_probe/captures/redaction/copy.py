@@ -1,4 +1,4 @@
-"""A capture in, the records of the same capture without what identifies out.
+"""Copies the records of a capture without what identifies people and devices.
 
 The file is read twice: first to find the robots and what identifies them, then to write. Advertising,
 connections and the robots' packets are kept. The traffic of other devices, keys, comments and what is not

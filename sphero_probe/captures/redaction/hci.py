@@ -11,7 +11,7 @@ from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
 
 
 class _Kept(NamedTuple):
-    """What of some parameters is kept: all up to an offset, but for the addresses and the name in it.
+    """Which parameters are kept: all up to an offset, except the addresses and the name among them.
 
     Attributes:
         size: bytes that are kept at most; zeros follow.

@@ -1,4 +1,4 @@
-"""Bluetooth LE packets from the air without what identifies, with their checksums made right again.
+"""Bluetooth LE packets from the air without what identifies, with correct checksums.
 
 From the Bluetooth Core Specification, volume 6, part B; Nordic's header as in ``captures.link_layer``.
 """

@@ -25,7 +25,7 @@ class Pseudonyms:
     """The replacements of one file."""
 
     def __init__(self, salt: bytes) -> None:
-        """Choose what stands for what.
+        """Choose the pseudonyms.
 
         Args:
             salt: up to 64 bytes; another salt gives other pseudonyms, and without it none can be traced back.

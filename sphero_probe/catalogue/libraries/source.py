@@ -1,4 +1,4 @@
-"""The Python files of a library as syntax trees: read, never run, and bounded, as they may be anyone's."""
+"""The Python files of a library as syntax trees: read, bounded, and never run."""
 
 import ast
 import os

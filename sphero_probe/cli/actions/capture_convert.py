@@ -11,10 +11,10 @@ from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.record import Record
 from sphero_probe.captures.synthetic import BleScript, Script, SerialScript
+from sphero_probe.cli.capture_comments import comment_of_finding, comment_of_probe
 from sphero_probe.cli.capture_out import NO_ADDRESS, script_of
 from sphero_probe.cli.captured import capture_in
 from sphero_probe.cli.messages import say
-from sphero_probe.cli.remarks import asked, verdict
 from sphero_probe.errors import BadInputFileError, OutputError, UsageError
 from sphero_probe.link.exchange import Answered, Silent
 from sphero_probe.probing.finding import Finding, Note
@@ -128,7 +128,7 @@ def _convert_run(run: Recorded, target: str) -> None:
                 case Finding(exchange=Answered() | Silent() as exchange, number=number, command=command):
                     if run.findings[number] is not entry:
                         continue  # a later finding of the same probe replaces it
-                    said = [asked(number, command, entry.name), verdict(entry)]
+                    said = [comment_of_probe(number, command, entry.name), comment_of_finding(entry)]
                     file.write(script.sent(now, exchange.sent), *said)
                     took = exchange.rtt if isinstance(exchange, Answered) else exchange.waited
                     now += int(took * 1_000_000_000)

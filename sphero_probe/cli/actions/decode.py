@@ -1,7 +1,7 @@
 """``decode``: print the packets in hex bytes, files or standard input. It needs no robot."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
@@ -84,6 +84,20 @@ def decode(
                 unclear += [stream] if stream.unclear.count else []
             else:
                 shown.all(rows, _rows(stream, fixed, robot, shown))
+    _conclude(shown, captures, unclear)
+
+
+def _conclude(shown: "_Shown", captures: Sequence[str], unclear: Sequence["_Text"]) -> None:
+    """Say what was read, what is not shown, and what is unclear.
+
+    Args:
+        shown: the packets of all inputs.
+        captures: what each capture says of itself.
+        unclear: texts with lines that are unclear.
+
+    Raises:
+        BadInputFileError: there is no packet in all inputs.
+    """
     for said in captures:
         say(said)
     if shown.left_out:

@@ -4,17 +4,16 @@ import asyncio
 
 from sphero_probe.cli.command_words import parse_command
 from sphero_probe.cli.connect import connect
+from sphero_probe.cli.listening import CountedReport, switch_off, wait_for_end
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
-from sphero_probe.cli.waiting import switch_off, wait_for_end
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.unsolicited import describe_unsolicited
 from sphero_probe.probing.failures import check
 from sphero_probe.probing.oneshot import send_once
 from sphero_probe.protocol.packets import Command
-from sphero_probe.reports.registry import Report
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import HEARD
 from sphero_probe.session.commands import complete_command
@@ -52,10 +51,14 @@ def listen(
         async with connect(connecting, Consent.of(asking.allow, asking.confirm)) as session:
             lines = output if output.chosen or output.file else output._replace(chosen="plain")
             with report(lines, HEARD, live=True) as rows:
-                packets = _PacketReport(rows, count, stop)
+                packets = CountedReport(rows, count, stop)
+
+                def hear(_: Unsolicited, described: dict[str, object]) -> None:
+                    packets.add(Row("packet", described))
+
                 executed: list[Command] = []
                 try:
-                    with describe_unsolicited(session.link, packets.add):
+                    with describe_unsolicited(session.link, hear):
                         for text in commands:
                             await _send(session, text, executed)
                         await wait_for_end(session, stop, seconds)
@@ -64,40 +67,6 @@ def listen(
                 packets.raise_failure()
 
     run_interruptible(interrupts, work())
-
-
-class _PacketReport:
-    """Adds packets to a report until there are enough; stops if it cannot be written."""
-
-    def __init__(self, rows: Report, count: int | None, stop: asyncio.Event) -> None:
-        self._rows = rows
-        self._left = count
-        self._stop = stop
-        self._failure: OSError | None = None
-
-    def add(self, _: Unsolicited, described: dict[str, object]) -> None:
-        """Report a packet, as it was described."""
-        if self._left == 0 or self._failure:
-            return
-        try:
-            self._rows.add(Row("packet", described))
-        except OSError as error:
-            self._failure = error
-            self._stop.set()
-            return
-        if self._left is not None:
-            self._left -= 1
-            if self._left == 0:
-                self._stop.set()
-
-    def raise_failure(self) -> None:
-        """Raise the error that stopped the report.
-
-        Raises:
-            OSError: the disk is full, or the reader is gone.
-        """
-        if self._failure:
-            raise self._failure
 
 
 async def _send(session: Session, text: str, executed: list[Command]) -> None:

@@ -13,8 +13,8 @@ from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.matrix import Matrix, column_title, is_had
 from sphero_probe.reports.phrases import Data
 from sphero_probe.reports.rows import finding_row
+from sphero_probe.runs.kept_runs import kept_runs
 from sphero_probe.runs.record_stream import RecordStream
-from sphero_probe.runs.selection import kept_runs
 
 _Matches = Callable[[int, int], bool]
 

@@ -83,6 +83,6 @@ def trace_hops(output: Output, connecting: ConnectOptions, what: str) -> None:
     port = port_behind(place)
     into = BLE_PORT if port else UART_PORT
     route = Route(PRIMARY, port, into, PRIMARY, nodes[0] if nodes else PRIMARY)
-    say("as documented; only the last step is visible on a wire, beside what the client sends.")
+    say("as documented; only the last step is visible on a wire, besides what the client sends.")
     say("Captures show that last step with the addresses before it. That node 1 holds the port is assumed.")
     show(output, HOPS, (hop_row(number, hop) for number, hop in enumerate(documented_hops(route), 1)))

@@ -5,7 +5,7 @@ from sphero_probe.cli.values import Output, RunChoice
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_files import run_file_row
 from sphero_probe.reports.views import RUNS
-from sphero_probe.runs.selection import KeptRun, RunFilter, kept_run, kept_runs
+from sphero_probe.runs.kept_runs import KeptRun, RunFilter, kept_run, kept_runs
 from sphero_probe.runs.store import find_journal
 from sphero_probe.runs.tags import check_tag, tags_of, write_tags
 

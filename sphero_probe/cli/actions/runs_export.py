@@ -7,8 +7,8 @@ from sphero_probe.cli.messages import say
 from sphero_probe.cli.values import RunChoice
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.reports.sqlite_file import runs_file
+from sphero_probe.runs.kept_runs import kept_runs
 from sphero_probe.runs.record_stream import RecordStream
-from sphero_probe.runs.selection import kept_runs
 
 
 def export_runs(file: str, chosen: RunChoice) -> None:

@@ -8,8 +8,8 @@ from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import show
 from sphero_probe.cli.values import Output
 from sphero_probe.reports.views import RUNS
+from sphero_probe.runs.kept_runs import kept_runs
 from sphero_probe.runs.prune import removable, remove
-from sphero_probe.runs.selection import kept_runs
 
 
 def prune_runs(output: Output, keep: int, older_than: timedelta | None, *, dry_run: bool) -> None:

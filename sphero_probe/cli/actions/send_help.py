@@ -17,7 +17,7 @@ def command_help(words: list[str]) -> str | None:
     """Return the help for the command that the first word names, None if it names none.
 
     Args:
-        words: what was typed beside ``--help``.
+        words: what was typed with ``--help``.
     """
     for generation in (Generation.V2, Generation.V1):
         try:

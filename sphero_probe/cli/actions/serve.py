@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import click
 
 from sphero_probe.cli.messages import say
-from sphero_probe.cli.recorded_run import with_path
+from sphero_probe.cli.replay_address import with_path
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.errors import UsageError
 from sphero_probe.transports.fake_address import on_a_wire

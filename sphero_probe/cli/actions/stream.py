@@ -14,11 +14,11 @@ from sphero_probe.catalogue.stream_plan import StreamPlan, sensor_groups, stream
 from sphero_probe.catalogue.switches import taken_back
 from sphero_probe.cli.connect import connect
 from sphero_probe.cli.dry_run import show_dry_run
+from sphero_probe.cli.listening import CountedReport, switch_off, wait_for_end
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report, show
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import AskOptions, ConnectOptions, Output
-from sphero_probe.cli.waiting import switch_off, wait_for_end
 from sphero_probe.errors import OutputError, UsageError
 from sphero_probe.link.exchange import Unsolicited
 from sphero_probe.link.policy import Consent
@@ -103,7 +103,7 @@ def stream(output: Output, connecting: ConnectOptions, asking: AskOptions, optio
             connection = session.connection
             plan = stream_plan(connection.robot, connection.port, options.sensors, options.rate)
             with _report(output, plan) as rows:
-                taken = _Taker(rows, Samples(plan.columns), stop, options.samples, kept)
+                taken = _Taker(CountedReport(rows, options.samples, stop), Samples(plan.columns), kept)
                 await _run(session, plan, taken, stop, options.seconds)
                 taken.end()
             if options.plot:
@@ -155,19 +155,15 @@ def _draw(file: str, title: str, plan: StreamPlan, samples: Iterable[Row]) -> No
 
 
 class _Taker:
-    """Reports samples until there are enough; stops if they cannot be written."""
+    """Makes samples of notifications, reports them until there are enough, and keeps them for the chart."""
 
-    def __init__(
-        self, rows: Report, samples: Samples, stop: asyncio.Event, count: int | None, kept: deque[Row]
-    ) -> None:
-        self._rows, self._samples, self._stop = rows, samples, stop
-        self._left, self._kept = count, kept
-        self._failure: OSError | None = None
+    def __init__(self, rows: CountedReport, samples: Samples, kept: deque[Row]) -> None:
+        self._rows, self._samples, self._kept = rows, samples, kept
 
     def hear(self, _: Unsolicited, described: dict[str, object]) -> None:
         """Take the values of a notification."""
         fields = described.get("fields")
-        if isinstance(fields, dict) and self._left != 0 and not self._failure:
+        if isinstance(fields, dict) and not self._rows.is_full:
             now = asyncio.get_running_loop().time()
             self._add(self._samples.add(fields, now, str(described.get("time"))))
 
@@ -177,22 +173,11 @@ class _Taker:
         Raises:
             OSError: the disk is full, or the reader is gone.
         """
-        if self._left != 0 and not self._failure:
+        if not self._rows.is_full:
             self._add(self._samples.end())
-        if self._failure:
-            raise self._failure
+        self._rows.raise_failure()
 
     def _add(self, row: Row | None) -> None:
-        if row is None:
-            return
-        self._kept.append(row)
-        try:
+        if row:
+            self._kept.append(row)
             self._rows.add(row)
-        except OSError as error:
-            self._failure = error
-            self._stop.set()
-            return
-        if self._left is not None:
-            self._left -= 1
-            if self._left == 0:
-                self._stop.set()

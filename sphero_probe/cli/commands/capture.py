@@ -47,8 +47,8 @@ def convert(source: str, target: str, form: str) -> None:
 
     Traffic of other devices is left out. Times and frames are those of the capture. The advertisement, the
     connection and the discovery around them are made up, so that Wireshark shows the characteristics.
-    A run is a journal, its name, or "last". Comments on its packets say which probe they belong to, and what
-    came of it.
+    A run is a journal, its name, or "last". Comments on its packets name the probe and its
+    verdict.
 
     Example: sphero-probe capture convert last -o run.pcapng
     """

@@ -40,8 +40,8 @@ def command(
 ) -> None:
     """Stream sensors by name: live on a terminal, else one sample per line, until Ctrl-C.
 
-    A sensor is a group (accelerometer, gyroscope, attitude) or one value (pitch). Which commands and nodes
-    they need is worked out. What was switched on is switched off at the end, also after Ctrl-C.
+    A sensor is a group (accelerometer, gyroscope, attitude) or one value (pitch). The tool finds the
+    commands and nodes that they need. What was switched on is switched off at the end, also after Ctrl-C.
 
     Example: sphero-probe stream accelerometer gyroscope --seconds 1 --device fake:bolt
     """

@@ -1,8 +1,7 @@
 """The reference of a robot's commands in Markdown: what it answered, with what the catalogue knows of it."""
 
-from functools import partial
 from itertools import groupby
-from typing import Final, NamedTuple, TextIO
+from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import DEVICE_NAMES, lookup
 from sphero_probe.catalogue.model import CommandRow
@@ -13,17 +12,11 @@ from sphero_probe.reports import sweep_sections as words
 from sphero_probe.reports.cell_states import CellState, NodeMap, node_maps
 from sphero_probe.reports.finding_line import FindingLine
 from sphero_probe.reports.ids import pair_spans
-from sphero_probe.reports.markdown_text import MarkdownWriter, code, safe
+from sphero_probe.reports.markdown_page import MarkdownPage
 from sphero_probe.reports.phrases import Data, hex_id, shown, spaced_hex
-from sphero_probe.reports.registry import Style
-from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_blocked import blocked_by_reason
 from sphero_probe.reports.run_heading import calibration_lines, heading_lines
-from sphero_probe.reports.run_rows import RunRows
-from sphero_probe.reports.views import View
 
-_LINE: Final = 400
-"""The most characters of a remark."""
 _FRAME: Final = 3 * 256
 """The most characters of the bytes of a frame."""
 _TOLD: Final = frozenset((CellState.EXISTS, CellState.NEW, CellState.SILENT, CellState.DOCUMENTED))
@@ -51,20 +44,8 @@ class _Command(NamedTuple):
     others: int
 
 
-class ProtocolDocument:
+class ProtocolDocument(MarkdownPage):
     """Collects the rows of a run and writes the document at the end."""
-
-    def __init__(self, out: TextIO, view: View, style: Style) -> None:
-        self._writer = MarkdownWriter(out)
-        self._view = view
-        self._rows = RunRows()
-        self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
-        self._safe = partial(safe, limit=_LINE, unicode=style.unicode)
-        self._code = partial(code, unicode=style.unicode)
-
-    def add(self, row: Row) -> None:
-        """Keep a row of a run; rows of other types are left out."""
-        self._rows.add(row)
 
     def close(self) -> None:
         """Write the document."""

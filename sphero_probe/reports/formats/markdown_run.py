@@ -1,44 +1,25 @@
 """The page of a run in Markdown: what was executed by surprise, the robot, the differences, the findings."""
 
-from functools import partial
-from typing import Final, TextIO
+from typing import Final
 
 from sphero_probe.probing.notes import EXECUTED
 from sphero_probe.reports import sweep_sections as words
 from sphero_probe.reports.differences import differences
 from sphero_probe.reports.finding_line import FindingLine
-from sphero_probe.reports.markdown_text import MarkdownWriter, code, safe
+from sphero_probe.reports.markdown_page import MarkdownPage
 from sphero_probe.reports.phrases import remarked, shown
-from sphero_probe.reports.registry import Style
-from sphero_probe.reports.rows import Row
 from sphero_probe.reports.run_blocked import blocked_by_reason
 from sphero_probe.reports.run_heading import calibration_lines, heading_lines
-from sphero_probe.reports.run_rows import RunRows
 from sphero_probe.reports.sweep_sections import Section
-from sphero_probe.reports.views import View
 
 _CROWD: Final = 32
 """Findings of a section above which only their ids are listed, where the section allows it."""
-_LINE: Final = 400
-"""The most characters of a heading or a remark."""
 _TITLES: Final = ("", "Node", "DID:CID", "Name", "State", "ms")
 _RIGHT: Final = (False, False, False, False, False, True)
 
 
-class MarkdownRun:
+class MarkdownRun(MarkdownPage):
     """Collects the rows of a run and writes the page at the end."""
-
-    def __init__(self, out: TextIO, view: View, style: Style) -> None:
-        self._writer = MarkdownWriter(out)
-        self._view = view
-        self._rows = RunRows()
-        self._times = "\N{MULTIPLICATION SIGN}" if style.unicode else "x"
-        self._safe = partial(safe, limit=_LINE, unicode=style.unicode)
-        self._code = partial(code, unicode=style.unicode)
-
-    def add(self, row: Row) -> None:
-        """Keep a row of a run; rows of other types are left out."""
-        self._rows.add(row)
 
     def close(self) -> None:
         """Write the page."""

@@ -47,7 +47,7 @@ def device_title(did: int, robot: Robot | None) -> str:
 
 
 def mapped_devices(node: NodeMap) -> list[int]:
-    """Return the devices that get a map; the others have nothing that a table does not say."""
+    """Return the devices that get a map; of the others, a table says everything."""
     return [did for did in range(IDS) if _has_map(node.counts(did).keys())]
 
 

@@ -178,8 +178,8 @@ async def step(name: str, seconds: float) -> AsyncIterator[Step]:
 
     Args:
         name: of the step.
-        seconds: for all of it. A step to connect keeps its own time, so that whoever outlasts this bound
-            there is not the robot but the Bluetooth service.
+        seconds: for all of it. A step to connect keeps its own time, so if this bound passes there, the
+            Bluetooth service hangs and not the robot.
 
     Raises:
         SpheroProbeError: whatever went wrong, in words.

@@ -79,7 +79,7 @@ NOT_AVAILABLE: Final[dict[BleakBluetoothNotAvailableReason, Words]] = {
     _Reason.DENIED_BY_SYSTEM: Words(
         UnavailableError,
         "the system denies Bluetooth to this program",
-        _ALLOW | {"darwin": "ask whoever administers this Mac to lift the restriction"},
+        _ALLOW | {"darwin": "ask the administrator of this Mac to lift the restriction"},
     ),
     _Reason.DENIED_BY_UNKNOWN: Words(UnavailableError, "Bluetooth is denied to this program", _ALLOW),
     _Reason.UNKNOWN: Words(

@@ -12,7 +12,7 @@ RECORDED: Final = "replay:"
 def with_path(address: str) -> str:
     """Return a device address with the path of the run that it names: ``replay:last``, ``replay:NAME``.
 
-    Any other address is returned as it is, and so is one that names no run: opening it says so.
+    Any other address is returned unchanged, also one that names no run: opening it gives the error.
     """
     name, mark, query = address.removeprefix(RECORDED).partition("?")
     if not address.startswith(RECORDED) or not name or os.path.lexists(name):

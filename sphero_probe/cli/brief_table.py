@@ -13,8 +13,8 @@ from sphero_probe.reports.views import FINDINGS
 
 
 @contextmanager
-def overview(output: Output) -> Iterator[Callable[[Row], None]]:
-    """Yield what takes each row of a run; leaving the block writes the overview and the path of the report.
+def brief_table(output: Output) -> Iterator[Callable[[Row], None]]:
+    """Yield a function that takes each row of a run; then write the table and the path of the report.
 
     They are written to standard error, if that is a terminal.
     """
