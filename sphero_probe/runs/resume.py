@@ -17,6 +17,7 @@ from sphero_probe.errors import (
     RefusedByPolicyError,
     UsageError,
 )
+from sphero_probe.json_files import parse
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.attempt import Announce, PreparedProbe
 from sphero_probe.probing.finding import Record
@@ -24,7 +25,6 @@ from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.recorder import PreviousResults
 from sphero_probe.runs.decode import Opening, decode, digest_of
 from sphero_probe.runs.encode import encode
-from sphero_probe.runs.fields import parse
 from sphero_probe.runs.journal import Journal, check_same_robot
 from sphero_probe.runs.overview import last_to_resume
 from sphero_probe.runs.store import LAST, create_journal, find_journal
