@@ -25,7 +25,7 @@ class LengthChecks:
         self._strict: set[int | None] = set()
         self._lenient: set[int | None] = set()
         self._uninformative: set[tuple[int | None, int]] = set()
-        self._absent: set[Command] = set()
+        self._absent: set[tuple[object, ...]] = set()
         self._rejected: defaultdict[tuple[int | None, int], set[int]] = defaultdict(set)
 
     def trust(self, target: int | None) -> None:
@@ -64,12 +64,12 @@ class LengthChecks:
 
     def mark_absent(self, command: Command) -> None:
         """Record that the robot called this command of this node absent."""
-        self._absent.add(command._replace(payload=b""))
+        self._absent.add(_without_payload(command))
         self.revision += 1
 
     def is_absent(self, command: Command) -> bool:
         """Whether the robot called this command of this node absent."""
-        return command._replace(payload=b"") in self._absent
+        return _without_payload(command) in self._absent
 
     def add_rejection(self, command: Command) -> None:
         """Record that an existing command rejected a wrong length."""
@@ -81,3 +81,8 @@ class LengthChecks:
     def rejections(self, target: int | None, did: int) -> frozenset[int]:
         """Return the commands of a device that rejected a wrong length."""
         return frozenset(self._rejected.get((target, did), ()))
+
+
+def _without_payload(command: Command) -> tuple[object, ...]:
+    did, cid, _, target, options = command
+    return did, cid, target, options

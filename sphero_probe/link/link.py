@@ -174,6 +174,8 @@ class Link:
         """Queue a command until the window has a place for it; return it with its sequence number."""
         if self._lost:
             raise self._lost
+        if not self._queue and (in_flight := self._place(queued, asyncio.get_running_loop().time())):
+            return in_flight
         place: asyncio.Future[InFlightCommand] = asyncio.get_running_loop().create_future()
         self._queue.append((queued, place))
         self._admit()
@@ -186,36 +188,37 @@ class Link:
             raise
 
     def _admit(self) -> None:
-        """Move commands from the queue into the window while it has places and sequence numbers are free.
-
-        A command to be sent alone holds up the rest of the queue.
-        """
-        now = asyncio.get_running_loop().time()  # one moment for all: what is due later gets a timer
+        """Give queued commands their places; one to be sent alone holds up the rest of the queue."""
+        now = asyncio.get_running_loop().time() if self._queue else 0.0
         while self._queue:
             queued, place = self._queue[0]
-            if place.done():
-                self._queue.popleft()
-                continue
-            if not self.window.has_place(queued) or self._ready_at(now) > now:
-                break
+            if not place.done():
+                try:
+                    in_flight = self._place(queued, now)
+                except ValueError as error:
+                    place.set_exception(error)
+                else:
+                    if in_flight is None:
+                        break
+                    place.set_result(in_flight)
             self._queue.popleft()
-            pace = self.pace(queued.command.target)
-            timeout = max(pace.timeout, queued.patience) if queued.timeout is None else queued.timeout
-            try:
-                seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
-            except ValueError as error:
-                place.set_exception(error)
-                continue
-            self.window.take(queued)
-            pace.sent(seq, now=now)
-            self._in_flight[seq] = InFlightCommand(seq, frame, queued, asyncio.Future(), now)
-            place.set_result(self._in_flight[seq])
-        self._watch(now)
 
-    def _ready_at(self, now: float) -> float:
-        """Return when the first queued command gets a sequence number, and its node is ready for it."""
-        queued, _ = self._queue[0]
-        return max(self._tracker.free_at(queued.command, now), self.window.ready_at(queued))
+    def _place(self, queued: QueuedCommand, now: float) -> InFlightCommand | None:
+        """Give a command its place and its sequence number; return None if it must wait for either."""
+        if not self.window.has_place(queued):
+            return None
+        ready = max(self._tracker.free_at(queued.command, now), self.window.ready_at(queued))
+        if ready > now:
+            self._alarm.set(ready)
+            return None
+        pace, timeout = self.pace(queued.command.target), queued.timeout
+        timeout = max(pace.timeout, queued.patience) if timeout is None else timeout
+        seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
+        self.window.take(queued)
+        pace.sent(seq, now=now)
+        in_flight = self._in_flight[seq] = InFlightCommand(seq, frame, queued, asyncio.Future(), now)
+        self._alarm.set(now + timeout)
+        return in_flight
 
     def _release(self, in_flight: InFlightCommand) -> None:
         """Free a command's place; an answer that arrives later belongs to no waiting command."""
@@ -241,13 +244,6 @@ class Link:
         else:
             self._fail(LinkLostError("the robot closed the connection", _CLOSED))
 
-    def _watch(self, now: float) -> None:
-        """Set the timer to the next deadline, or to when the first queued command may be sent."""
-        due = self._tracker.next_deadline() or inf
-        if self._queue and (ready := self._ready_at(now)) > now:
-            due = min(due, ready)
-        self._alarm.set(inf if self._lost else due)
-
     def _on_time(self) -> None:
         now = asyncio.get_running_loop().time()
         try:
@@ -255,19 +251,19 @@ class Link:
                 self._deliver(event, now)
         except Exception as error:  # noqa: BLE001 - raised again in every waiting call
             self._fail(error)
+        if not self._lost:
+            self._alarm.set(self._tracker.next_deadline() or inf)
         self._admit()
 
     def _deliver(self, event: Exchange | Unsolicited, now: float) -> None:
-        self.answers += isinstance(event, Answered | LateResponse)
-        self.matched += isinstance(event, Answered) or (
-            isinstance(event, LateResponse) and event.earlier is not None
-        )
-        if isinstance(event, LateResponse) and isinstance(event.earlier, Silent) and event.took is not None:
-            self.pace(event.earlier.command.target).answered_late(event.took)
-        if isinstance(event, Answered | Silent):
+        if isinstance(event, (Answered, Silent)):  # a union of classes would be slow
             self._settle(event, now)
-            self.events.tell(ExchangeEnded, now, event)
         elif not isinstance(event, Blocked):  # what is blocked is never sent, so the tracker never reports it
+            if isinstance(event, LateResponse):
+                self.answers += 1
+                self.matched += event.earlier is not None
+                if isinstance(event.earlier, Silent) and event.took is not None:
+                    self.pace(event.earlier.command.target).answered_late(event.took)
             self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
@@ -275,11 +271,14 @@ class Link:
         in_flight = self._in_flight.pop(event.seq, None)
         pace = self.pace(event.command.target)
         if isinstance(event, Answered):
+            self.answers += 1
+            self.matched += 1
             busy = self.codec.verdict(event.response.code) is Verdict.BUSY
             overtaken = pace.answered(event.seq, event.rtt, now=now, busy=busy)
             for waiting in filter(None, map(self._in_flight.get, overtaken)):
                 deadline = waiting.deadline_when_overtaken(now + pace.grace)
                 self._tracker.shorten_deadlines([waiting.seq], deadline=deadline)
+                self._alarm.set(deadline)
         elif not event.command.options.wants_answer:
             pace.forget(event.seq)
         else:
@@ -287,6 +286,7 @@ class Link:
             pace.silent(event.seq, event.waited, now=now, expected=expected)
         if in_flight and not in_flight.answer.done():
             in_flight.answer.set_result(event)
+        self.events.tell(ExchangeEnded, now, event)
 
     def _fail(self, error: Exception) -> None:
         """Raise the error in every call that waits for a place or for an answer."""

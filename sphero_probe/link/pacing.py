@@ -1,5 +1,6 @@
 """Adapt the timeout and the window of one node to how it answers. It does no I/O; the caller passes times."""
 
+from math import inf
 from typing import Final
 
 from sphero_probe.link.overflow import Crowd, Overflow
@@ -70,12 +71,14 @@ class Pace:
     @property
     def window(self) -> int:
         """How many commands may be in flight."""
-        return self._fixed_window or int(min(self._window, self._ceiling))
+        if self._fixed_window:
+            return self._fixed_window
+        return int(min(self._window, self._ceiling) if self.is_spaced else self._window)
 
     @property
     def is_spaced(self) -> bool:
         """Whether commands are sent at equal distances: sent at once, they overflowed the node's queue."""
-        return self._overflow.ceiling < float("inf")
+        return self._overflow.ceiling < inf
 
     @property
     def ready_at(self) -> float:
@@ -139,10 +142,12 @@ class Pace:
             self._overflow_of(crowd).answered(crowd.in_flight)
         overtaken: list[int] = []
         if seq in self._sent:
-            in_order = list(self._sent)
-            overtaken = in_order[: in_order.index(seq)]
-            for served in (*overtaken, seq):
-                del self._sent[served]
+            if next(iter(self._sent)) != seq:
+                in_order = list(self._sent)
+                overtaken = in_order[: in_order.index(seq)]
+                for served in overtaken:
+                    del self._sent[served]
+            del self._sent[seq]
         self._owed += len(overtaken)
         if sent <= self._full_at:  # only a full window shows that the node keeps up
             self._grow()

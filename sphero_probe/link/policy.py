@@ -153,8 +153,9 @@ class Policy:
 
         Assessments are cached until ``revision`` changes.
         """
-        if self._revision != self.revision:
-            self._revision = self.revision
+        revision = self.length_checks.revision + self._implications
+        if self._revision != revision:
+            self._revision = revision
             self._assessed.clear()
         assessed = self._assessed.get(command)
         if assessed is None:
@@ -162,8 +163,8 @@ class Policy:
             consent = self.consent
             if (command, assessed.risk) in self._implied:
                 consent = consent._replace(allowed=consent.allowed | {assessed.risk})
-            blocked = why_blocked(assessed, consent, self._names) or ""
-            assessed = assessed._replace(blocked=blocked)
+            if blocked := why_blocked(assessed, consent, self._names):
+                assessed = assessed._replace(blocked=blocked)
             if len(self._assessed) >= _KEPT:
                 self._assessed.clear()
             self._assessed[command] = assessed

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import Final, NamedTuple
 
 from sphero_probe.link.exchange import Answered, Exchange, LateResponse, Silent, Unsolicited
-from sphero_probe.protocol.address import Address
+from sphero_probe.protocol.address import WILDCARD, node_of
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import (
     Command,
@@ -75,8 +75,12 @@ class Tracker:
 
     def free_at(self, command: Command, now: float) -> float:
         """Return when a sequence number is free for a command: ``now``, later, or infinity while all wait."""
+        numbers = self._codec.sequence_numbers
+        seq = numbers[self._next]
+        if seq not in self._waiting and self._reusable_at(seq, command) <= now:
+            return now
         earliest = float("inf")
-        for seq in self._codec.sequence_numbers:
+        for seq in numbers:
             if seq not in self._waiting:
                 earliest = min(earliest, max(now, self._reusable_at(seq, command)))
                 if earliest <= now:
@@ -120,9 +124,9 @@ class Tracker:
                 self._waiting[seq] = waiting._replace(deadline=deadline)
 
     def hear(self, data: bytes, *, now: float) -> Iterator[Exchange | Unsolicited]:
-        """Process bytes from the robot; yield the exchanges that they end and unsolicited packets."""
+        """Process bytes from the robot; return the exchanges that they end and unsolicited packets."""
         self._heard_at = now
-        yield from self._process(self._decoder.feed(data), now)
+        return self._process(self._decoder.feed(data), now)
 
     def expire(self, *, now: float) -> Iterator[Exchange | Unsolicited]:
         """Yield the commands whose deadline has passed, and first the packets behind an incomplete frame."""
@@ -180,7 +184,7 @@ class Tracker:
         if named != response.seq:
             self.tolerated["they carry another sequence number"] += 1
         if not self._is_from(response, command):
-            node = Address.from_byte(response.source or 0).node
+            node = node_of(response.source)
             self.tolerated[f"they come from node {node}"] += 1
 
     def _tolerated(self, packet: Notification) -> Response | None:
@@ -241,9 +245,7 @@ class Tracker:
         """Whether an answer may come from the node that it names."""
         if response.source is None or command.target is None:
             return True
-        target = Address.from_byte(command.target)
-        if target.is_wildcard:
+        node = node_of(command.target)
+        if node in (WILDCARD, node_of(response.source)):
             return True
-        if self._codec.verdict(response.code) in _FROM_ANY_NODE:
-            return True  # another node answers for a missing one
-        return Address.from_byte(response.source).node == target.node
+        return self._codec.verdict(response.code) in _FROM_ANY_NODE  # another answers for a missing one

@@ -49,9 +49,11 @@ class Window:
 
     def room(self, target: int | None) -> int:
         """Return how many more commands could be sent to a node right now."""
+        if self._exclusive:
+            return 0
         pace = self.pace(target)
         size = self._fixed or min(self.limit, pace.window)
-        return 0 if self._exclusive else max(0, size - pace.in_flight)
+        return max(0, size - pace.in_flight)
 
     def has_place(self, queued: QueuedCommand) -> bool:
         """Whether a command may be sent now; one to be sent alone waits until nothing is in flight."""

@@ -32,7 +32,7 @@ def is_wrong_length(command: Command, row: CommandRow | None) -> bool:
 
 def is_impossible(command: Command) -> bool:
     """Whether this is a probe of a command that cannot exist, sent to see how the robot answers it."""
-    payload = command.payload
-    if len(payload) not in (0, *WRONG_LENGTHS) or any(payload):
+    did, cid, payload, _, _ = command
+    if not ((did in IMPOSSIBLE_DIDS and cid == 0) or cid in IMPOSSIBLE_CIDS):
         return False
-    return (command.did in IMPOSSIBLE_DIDS and command.cid == 0) or command.cid in IMPOSSIBLE_CIDS
+    return (not payload or len(payload) in WRONG_LENGTHS) and not any(payload)

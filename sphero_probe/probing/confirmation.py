@@ -70,8 +70,10 @@ class NodeConfirmations:
             settled: the probe and its answer.
             stamp: what ``checks`` was when it was sent.
         """
+        if stamp < self.confirmed_to:  # all that are kept are not confirmed, so nothing else changes
+            return Confirmed([settled], [])
         self._answered.append((stamp, settled))
-        return self._confirmed()
+        return Confirmed([], [])
 
     def silence(self, probe: PreparedProbe, stamp: int) -> Confirmed:
         """Add a probe that stayed silent; return what is confirmed now.
@@ -80,8 +82,10 @@ class NodeConfirmations:
             probe: the probe.
             stamp: what ``checks`` was when it was sent.
         """
+        if stamp < self.confirmed_to:
+            return Confirmed([], [probe])
         self._silent.append((stamp, probe))
-        return self._confirmed()
+        return Confirmed([], [])
 
     def send(self, questions: int, number: int = 0, *, wants_absent: bool = False) -> int:
         """Record that a health check is sent; return its number.
@@ -229,4 +233,7 @@ class Confirmations:
         return Confirmed(answered, [probe for one in left for probe in one.silent])
 
     def _node(self, target: int | None) -> NodeConfirmations:
-        return self._nodes.setdefault(target, NodeConfirmations())
+        node = self._nodes.get(target)
+        if node is None:
+            node = self._nodes[target] = NodeConfirmations()
+        return node

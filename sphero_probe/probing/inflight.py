@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine
-from functools import partial
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from sphero_probe.errors import LinkLostError
@@ -33,6 +32,7 @@ class _Entry(Generic[Item]):
         self.item = item
         self.stamp = stamp
         self.sent = False
+        self.task: asyncio.Task[None]
 
 
 class InFlight(Generic[Item, Answer]):
@@ -49,7 +49,7 @@ class InFlight(Generic[Item, Answer]):
         self._tasks: dict[asyncio.Task[None], Item] = {}
         self._ended: list[Ended[Item, Answer]] = []
         self._failure: BaseException | None = None
-        self._changed = asyncio.Event()
+        self._waiter: asyncio.Future[None] | None = None
 
     def __len__(self) -> int:
         """Count items in flight, and items that ended and were not collected."""
@@ -64,9 +64,8 @@ class InFlight(Generic[Item, Answer]):
         """Start asking one item; ``ask`` must call its argument each time it sends it."""
         self.waiting += 1
         entry = _Entry(item, self._stamp())
-        task = asyncio.create_task(self._run(entry, ask))
-        self._tasks[task] = item
-        task.add_done_callback(partial(self._finish, entry))
+        entry.task = asyncio.create_task(self._run(entry, ask))
+        self._tasks[entry.task] = item
 
     async def wait_any(self) -> list[Ended[Item, Answer]]:
         """Wait until an item has ended, if any is in flight; return all that have, in order of ending.
@@ -75,8 +74,8 @@ class InFlight(Generic[Item, Answer]):
             Exception: what asking an item raised, other than a lost link.
         """
         while self._tasks and not self._ended and not self._failure:
-            self._changed.clear()
-            await self._changed.wait()
+            self._waiter = asyncio.get_running_loop().create_future()
+            await self._waiter
         if self._failure:
             raise self._failure
         ended, self._ended = self._ended, []
@@ -94,9 +93,13 @@ class InFlight(Generic[Item, Answer]):
 
     async def close(self) -> None:
         """Cancel all items in flight."""
-        for task in self._tasks:
+        tasks = list(self._tasks)
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._tasks.clear()  # one that was cancelled before it began could not remove itself
+        self.waiting = 0
+        self._wake()
 
     async def _run(
         self, entry: "_Entry[Item]", ask: Callable[[Callable[[], None]], Coroutine[Any, Any, Answer]]
@@ -109,17 +112,18 @@ class InFlight(Generic[Item, Answer]):
                 self.waiting -= 1
 
         try:
-            answer: Answer | LinkLostError = await ask(before_sending)
+            answer = await ask(before_sending)
+            self._ended.append(Ended(entry.item, entry.stamp if entry.sent else None, answer))
         except LinkLostError as lost:
-            answer = lost
+            self._ended.append(Ended(entry.item, entry.stamp if entry.sent else None, lost))
         except Exception as error:  # noqa: BLE001 - raised again in wait_any and wait_all
             self._failure = self._failure or error
-            return
-        self._ended.append(Ended(entry.item, entry.stamp if entry.sent else None, answer))
+        finally:
+            del self._tasks[entry.task]
+            if not entry.sent:
+                self.waiting -= 1
+            self._wake()
 
-    def _finish(self, entry: "_Entry[Item]", task: asyncio.Task[None]) -> None:
-        """Remove a task that is done, also one that was cancelled before it began."""
-        del self._tasks[task]
-        if not entry.sent:
-            self.waiting -= 1
-        self._changed.set()
+    def _wake(self) -> None:
+        if self._waiter and not self._waiter.done():
+            self._waiter.set_result(None)

@@ -113,13 +113,10 @@ def judge(
 
 def _asked_for_code(command: Command, response: Response, codec: Codec) -> bool:
     """Whether the answer is the error code that the robot was asked to answer with."""
+    if response.code == 0 or command.payload != bytes([response.code]):
+        return False
     row = row_for(codec.generation, WellKnown.ERROR_ON_DEMAND)
-    return (
-        row is not None
-        and command[:2] == (row.did, row.cid)
-        and command.payload == bytes([response.code])
-        and response.code != 0
-    )
+    return row is not None and command[:2] == (row.did, row.cid)
 
 
 def finding_of(

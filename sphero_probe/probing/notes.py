@@ -10,7 +10,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import LateResponse, Unsolicited
 from sphero_probe.probing.finding import Finding, Note
 from sphero_probe.probing.profiles import DeviceProfile, NodeProfile
-from sphero_probe.protocol.address import Address
+from sphero_probe.protocol.address import node_of
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Malformed, Notification, Verdict
 
@@ -194,7 +194,7 @@ def _unavailable_note(target: int, robot: Robot | None) -> Note:
         target: the node's address byte.
         robot: the model, None where it is not known; its catalogue names what was not asked.
     """
-    devices = devices_of(robot, Address.from_byte(target).node)
+    devices = devices_of(robot, node_of(target))
     names = DEVICE_NAMES[robot.generation] if robot else {}
     listed = ", ".join(f"0x{did:02x} {names.get(did, '')}".rstrip() for did in devices)
     text = (
@@ -208,5 +208,5 @@ def node_name(target: int | None, robot: Robot | None) -> str:
     """Return the name of a node: ``primary``, ``secondary``, ``node 0x13``, ``robot``."""
     if target is None:
         return "robot"
-    known = robot.nodes.get(Address.from_byte(target).node) if robot else None
+    known = robot.nodes.get(node_of(target)) if robot else None
     return known or f"node 0x{target:02x}"

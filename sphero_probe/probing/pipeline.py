@@ -188,24 +188,24 @@ class Pipeline:
                     self._hear_check(item, answer)
 
     def _hear_probe(self, probe: PreparedProbe, result: ProbeResult, stamp: int) -> None:
-        earlier, pace = self.silent.get(probe.number), self._prober.link.pace(probe.command.target)
-        attempts = result.attempts + (earlier.attempts if earlier else 0)
-        self._scheduler.was_silent = isinstance(result.exchange, Silent)
-        if not isinstance(result.exchange, Silent):
+        exchange, pace = result.exchange, self._prober.link.pace(target := probe.command.target)
+        if earlier := self.silent.get(probe.number):
+            result = ProbeResult(exchange, result.attempts + earlier.attempts)
+        self._scheduler.was_silent = isinstance(exchange, Silent)
+        if not isinstance(exchange, Silent):
             self.silent.discard(probe.number)
             self.silent.loss.learn(earlier.attempts + 1 if earlier else 1)
             if earlier and earlier.confirmed:
-                self.silent.learn_lost(pace, probe.command.target, [one.seq for one, _ in earlier.sent_at])
-            if isinstance(result.exchange, Answered):
-                self.executions.learn(probe, result.exchange)
-                self._prober.learn(probe.command, result.exchange)
-            settled = SettledProbe(probe, result._replace(attempts=attempts))
-            settled = settled._replace(finding=self.on_answer(settled))
+                self.silent.learn_lost(pace, target, [one.seq for one, _ in earlier.sent_at])
+            if isinstance(exchange, Answered):
+                self.executions.learn(probe, exchange)
+                self._prober.learn(probe.command, exchange)
+            settled = SettledProbe(probe, result, finding=self.on_answer(SettledProbe(probe, result)))
             self._confirm(self._confirmations.answer(settled, stamp))
-            if isinstance(result.exchange, Answered) and self.health.is_absence(result.exchange):
-                self._confirm(self._confirmations.absent(probe.command.target, stamp))
+            if isinstance(exchange, Answered) and self.health.is_absence(exchange):
+                self._confirm(self._confirmations.absent(target, stamp))
             return
-        silent = self.silent.add(probe, result.exchange, attempts, pace.crowd(result.exchange.seq))
+        silent = self.silent.add(probe, exchange, result.attempts, pace.crowd(exchange.seq))
         self._confirm(self._confirmations.silence(probe, stamp))
         if self._scheduler.is_last:
             self._retry(silent)  # little else is left to send meanwhile

@@ -88,13 +88,13 @@ class Prober:
     def fill(self, number: int, probe: Probe) -> FilledProbe:
         """Fill in node and payload, and look up the command in the catalogue."""
         policy = self.link.policy
-        command = probe.command
-        if command.target is None:
-            command = command._replace(target=self.target)
-        row = lookup(self.link.codec.generation, command.did, command.cid, policy.robot)
-        if not probe.exact and not command.payload:
-            command = command._replace(payload=payload_for(row, policy.consent))
-        return FilledProbe(number, command, row)
+        did, cid, payload, target, options = probe.command
+        row = lookup(self.link.codec.generation, did, cid, policy.robot)
+        if not payload and not probe.exact:
+            payload = payload_for(row, policy.consent)
+        if target is None:
+            target = self.target
+        return FilledProbe(number, Command(did, cid, payload, target, options), row)
 
     def is_blocked(self, probe: Probe) -> bool:
         """Whether the policy will most likely block a probe; for a documented one, ``prepare`` may differ."""
@@ -210,8 +210,9 @@ class Prober:
     def prepare(self, filled: FilledProbe) -> PreparedProbe:
         """Assess a probe by the policy, with what was measured so far."""
         number, command, row = filled
-        risk, _, blocked = self.link.policy.assess(command)
-        if len(command.payload) > self.link.codec.max_payload:
+        link = self.line.link
+        risk, _, blocked = link.policy.assess(command)
+        if len(command.payload) > link.codec.max_payload:
             blocked = f"a payload of {len(command.payload)} bytes does not fit into a frame of this robot"
         wrong_length = not blocked and risk is Risk.PROBE and not is_impossible(command)
         may_exist = wrong_length and (
@@ -254,6 +255,7 @@ class Prober:
     ) -> ProbeResult:
         woken = False
         pause = BUSY_PAUSE
+        codec = self.link.codec
 
         def intend() -> None:
             self.intend(probe)
@@ -263,17 +265,17 @@ class Prober:
         attempt = 0
         while True:
             attempt += 1
-            exchange = await self.link.ask(
+            exchange = await self.line.link.ask(
                 probe.command,
                 alone=alone,
-                patience=max(0.0, probe.wait_until - asyncio.get_running_loop().time()),
+                patience=probe.wait_until and max(0.0, probe.wait_until - asyncio.get_running_loop().time()),
                 before_sending=intend,
             )
             if isinstance(exchange, Blocked):  # something was measured while it waited
                 return ProbeResult(exchange, attempt - 1)
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS or self.line.is_stopped:
                 return ProbeResult(exchange, attempt)
-            verdict = self.link.codec.verdict(exchange.response.code)
+            verdict = codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
                 await wake(self.link, probe.command.target)

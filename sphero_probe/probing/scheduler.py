@@ -138,17 +138,18 @@ class Scheduler:
         if not probe.is_wrong_length:
             return True
         target = probe.command.target
-        in_flight = [
-            other
-            for other in self.in_flight_probes.items
-            if isinstance(other, PreparedProbe) and other.is_wrong_length and other.command.target == target
-        ]
-        if not in_flight:
-            return True
-        if not self._is_proved(probe) or (probe.may_exist and any(other.may_exist for other in in_flight)):
-            return False
-        dids = {other.command.did for other in in_flight}
-        return all(self._prober.is_proved(target, did) for did in dids)
+        dids: set[int] = set()
+        for other in self.in_flight_probes.items:
+            if not (isinstance(other, PreparedProbe) and other.is_wrong_length):
+                continue
+            command = other.command
+            if command.target == target:
+                if probe.may_exist and other.may_exist:
+                    return False
+                dids.add(command.did)
+        return not dids or (
+            self._is_proved(probe) and all(self._prober.is_proved(target, did) for did in dids)
+        )
 
     def _is_proved(self, probe: PreparedProbe) -> bool:
         return self._prober.is_proved(probe.command.target, probe.command.did)

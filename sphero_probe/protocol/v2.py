@@ -122,15 +122,20 @@ class V2Codec:
 
     def encode_response(self, response: Response) -> bytes:
         """Return the frame of a response; bits 0, 4 and 5 follow from the fields, the rest from ``flags``."""
-        if response.did is None or response.cid is None:
+        seq, code, payload, did, cid, source, target, flags = response
+        if did is None or cid is None:
             raise ValueError("a V2 response names its command: did and cid are needed")
+        is_usual = len(payload) <= MAX_PAYLOAD and not flags & FLAG_EXTENDED
+        if is_usual and source is not None and target is not None:
+            flags = flags & 0xFF | FLAG_RESPONSE | _ADDRESSED
+            return frame(bytes((flags, target, source, did, cid, seq, code)) + payload)
         return _encode(
-            (response.flags & 0xFF & ~STRUCTURE) | FLAG_RESPONSE,
-            _extension(response.flags),
-            response.target,
-            response.source,
-            (response.did, response.cid, response.seq, response.code),
-            response.payload,
+            (flags & 0xFF & ~STRUCTURE) | FLAG_RESPONSE,
+            _extension(flags),
+            target,
+            source,
+            (did, cid, seq, code),
+            payload,
         )
 
     def encode_notification(self, notification: Notification) -> bytes:

@@ -45,6 +45,7 @@ class SimulatedTransport(Generic[_Robot]):
         self._woken = asyncio.Event()
         self._ready: list[bytes] = []
         self._closed = False
+        self._timer: asyncio.TimerHandle | None = None
         robot.on_drop = self._woken.set
 
     async def write(self, data: bytes) -> None:
@@ -57,7 +58,7 @@ class SimulatedTransport(Generic[_Robot]):
         if not (self._is_ours and self.robot.connected):
             raise LinkLostError("the robot is disconnected")
         self.robot.hear(data, now=asyncio.get_running_loop().time())
-        self._woken.set()
+        self._watch()
 
     async def read(self) -> bytes:
         """Wait until the robot sends something and return one chunk of it; ``b""`` once it is gone."""
@@ -68,23 +69,41 @@ class SimulatedTransport(Generic[_Robot]):
             if not (self._is_ours and self.robot.connected):
                 return b""
             self._woken.clear()
-            due = self.robot.next_time()
-            try:
-                async with asyncio.timeout_at(due):
-                    await self._woken.wait()
-            except TimeoutError:
-                continue
+            self._watch()
+            await self._woken.wait()
         return self._ready.pop(0)
 
     def close(self) -> None:
         """End the conversation; a waiting ``read`` returns ``b""``."""
         self._closed = True
         self._woken.set()
+        if self._timer:
+            self._timer.cancel()
 
     @property
     def _is_ours(self) -> bool:
         """Whether the robot still talks to this pipe and not to a later one."""
         return not self._closed and self.robot.connection == self._connection
+
+    def _watch(self) -> None:
+        """Look when the robot may have something to say, unless the reader is to be woken anyway."""
+        if self._ready:
+            self._woken.set()
+        if self._woken.is_set():
+            return
+        due = self.robot.next_time()
+        if self._timer and (due is None or due < self._timer.when()):
+            self._timer.cancel()
+            self._timer = None
+        if due is not None and not self._timer:
+            self._timer = asyncio.get_running_loop().call_at(due, self._look)
+
+    def _look(self) -> None:
+        self._timer = None
+        self._listen()
+        if not (self._is_ours and self.robot.connected):
+            self._woken.set()
+        self._watch()
 
     def _listen(self) -> None:
         if self._is_ours:
