@@ -23,6 +23,7 @@ from sphero_probe.protocol.packets import (
 _COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
 _ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
 _NONE_SHARED: Final[Mapping[str, object]] = {}
+_new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
 _MOST: Final = 4096
 """The most headers that are remembered."""
 
@@ -143,7 +144,7 @@ def packet_keys(
     keys["raw"] = raw.hex()
     if decoded and decoded.problem:
         keys["note"] = decoded.problem
-    return PacketKeys(keys, header.shared)
+    return _new(PacketKeys, (keys, header.shared))
 
 
 def _malformed(packet: Malformed, generation: Generation, raw: bytes) -> dict[str, object]:

@@ -62,6 +62,8 @@ class StreamDecoder:
 
         A command counts as executed once its response reports success, or at once if it asks for no response.
         """
+        if isinstance(packet, Notification):  # most packets of a stream
+            return
         match packet:
             case Request(command=command, seq=seq, wants_answer=True):
                 self._asked[seq] = command

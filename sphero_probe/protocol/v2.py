@@ -45,6 +45,7 @@ _HEADER: Final = 8
 
 _USUAL = FLAG_ANSWER | FLAG_ACTIVITY
 _ADDRESSED = FLAG_TARGET | FLAG_SOURCE
+_ONE_BYTE = FLAG_EXTENDED - 1  # the highest flags without a second byte of them
 
 _CODES: Final[dict[int, tuple[str, Verdict]]] = {
     0x00: ("success", Verdict.OK),
@@ -140,27 +141,25 @@ class V2Codec:
 
     def encode_notification(self, notification: Notification) -> bytes:
         """Return the frame of a notification; SEQ is 0xFF where none is given."""
-        if notification.did is None:
+        did, cid, payload, source, target, seq, flags = notification
+        if did is None:
             raise ValueError("a V2 notification names its device: did is needed")
-        seq = NOTIFICATION_SEQ if notification.seq is None else notification.seq
-        return _encode(
-            notification.flags & 0xFF & ~STRUCTURE,
-            _extension(notification.flags),
-            notification.target,
-            notification.source,
-            (notification.did, notification.cid, seq),
-            notification.payload,
-        )
+        if seq is None:
+            seq = NOTIFICATION_SEQ
+        if target is None and source is not None and len(payload) <= MAX_PAYLOAD and flags <= _ONE_BYTE:
+            return frame(bytes((flags & ~STRUCTURE | FLAG_SOURCE, source, did, cid, seq)) + payload)
+        kept = flags & 0xFF & ~STRUCTURE
+        return _encode(kept, _extension(flags), target, source, (did, cid, seq), payload)
 
     def frame_of(self, packet: Packet) -> bytes:
         """Return the exact bytes that a packet was decoded from; a packet has only one escaped form."""
+        if isinstance(packet, Notification):  # most packets of a stream
+            return self.encode_notification(packet)
         match packet:
             case Malformed(raw=raw):
                 return raw
             case Response():
                 return self.encode_response(packet)
-            case Notification():
-                return self.encode_notification(packet)
             case Request(command=(did, cid, payload, target, _), seq=seq, source=source, flags=flags):
                 kept = flags & 0xFF & ~STRUCTURE
                 return _encode(kept, _extension(flags), target, source, (did, cid, seq), payload)

@@ -20,6 +20,8 @@ _NEEDS_QUOTES = frozenset(' ,"')
 
 def shown(value: object) -> str:
     """Return any value as text: nothing for null, yes and no, numbers with six digits, commas in lists."""
+    if isinstance(value, str):
+        return value
     match value:
         case None:
             return ""
@@ -61,10 +63,10 @@ def fields(data: Data) -> str:
         return ""
     units = units if isinstance(units, dict) else {}
     payload = shown(data.get("payload"))
-    words = (
+    words = [
         (name, _field_value(name, value, payload), shown(units.get(name))) for name, value in values.items()
-    )
-    return ", ".join(" ".join(filter(None, word)) for word in words)
+    ]
+    return ", ".join([" ".join(filter(None, word)) for word in words])
 
 
 def _field_value(name: str, value: object, payload: str) -> str:

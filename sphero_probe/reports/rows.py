@@ -166,7 +166,7 @@ def packet_row(
 ) -> Row:
     """Return the row of a packet; the arguments are those of ``packet_keys``."""
     keys, shared = packet_keys(packet, generation, raw, robot, streams, raw_floats=raw_floats)
-    return Row("packet", keys, shared)
+    return tuple.__new__(Row, ("packet", keys, shared))  # twice as fast as a NamedTuple's own
 
 
 def command_row(command: CommandRow) -> Row:
