@@ -22,4 +22,8 @@ class Risk(IntEnum):
     @property
     def word(self) -> str:
         """The class as people type and read it: ``read``, ``probe``, ``write``, …"""
-        return self.name.lower()
+        return _WORDS[self]
+
+
+_WORDS = [risk.name.lower() for risk in Risk]
+"""By the number of the class: a name of an enumeration is looked up slowly."""

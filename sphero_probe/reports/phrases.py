@@ -20,13 +20,15 @@ _NEEDS_QUOTES = frozenset(' ,"')
 
 def shown(value: object) -> str:
     """Return any value as text: nothing for null, yes and no, numbers with six digits, commas in lists."""
+    if value is None:
+        return ""
     if isinstance(value, str):
         return value
     match value:
-        case None:
-            return ""
         case bool():
             return "yes" if value else "no"
+        case int():
+            return str(value)
         case float():
             return f"{value:.6g}"
         case list() | tuple():
@@ -44,11 +46,12 @@ def hex_id(value: object) -> str:
 
 def spaced_hex(value: object) -> str:
     """Return the bytes of a hex string as ``8d 0a 13``, nothing for null."""
-    text = value if isinstance(value, str) else ""
+    if not value or not isinstance(value, str):
+        return ""
     try:
-        return bytes.fromhex(text).hex(" ")
+        return bytes.fromhex(value).hex(" ")
     except ValueError:  # from an untrusted file
-        return " ".join(text[at : at + 2] for at in range(0, len(text), 2))
+        return " ".join(value[at : at + 2] for at in range(0, len(value), 2))
 
 
 def pair(data: Data) -> str:

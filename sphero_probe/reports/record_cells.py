@@ -42,7 +42,8 @@ class RecordCells:
         """Return the cells of a row, as the format writes them."""
         escape, data = self._escape, row.data
         if not row.shared:
-            return [escape(column.render(data)) for column in self._columns]
+            texts = [column.render(data) for column in self._columns]
+            return [text if text.isalnum() and text.isascii() else text and escape(text) for text in texts]
         key = (id(row.shared), tuple(data))
         pattern = self._patterns.get(key)
         if pattern is None:

@@ -54,11 +54,16 @@ class Fields:
 
     def byte_or_none(self, key: str) -> int | None:
         """A byte, or null."""
-        return None if self._data.get(key) is None else self.byte(key)
+        value = self._data.get(key)
+        if value is None or (type(value) is int and 0 <= value <= 0xFF):
+            return value
+        return self.byte(key)
 
     def seconds(self, key: str) -> float:
         """A duration."""
         value = self._data.get(key)
+        if type(value) is float and 0 <= value <= _SECONDS:
+            return value
         if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value <= _SECONDS:
             raise BadLineError(f"{key} is not a duration")
         return float(value)
@@ -69,9 +74,11 @@ class Fields:
 
     def raw(self, key: str, limit: int = _FRAME) -> bytes:
         """Bytes, written in hex without spaces."""
-        text = _text(self._data.get(key), key, 2 * limit)
+        text = self._data.get(key)
+        if type(text) is not str or len(text) > 2 * limit:
+            text = _text(text, key, 2 * limit)
         try:
-            if text.isalnum() or not text:
+            if not text or text.isalnum():
                 return bytes.fromhex(text)
         except ValueError:
             pass
@@ -95,9 +102,10 @@ class Fields:
     def one_of(self, key: str, words: Mapping[str, _Member]) -> _Member:
         """The value that one of these words stands for."""
         value = self._data.get(key)
-        if not isinstance(value, str) or value not in words:
+        member = words.get(value) if isinstance(value, str) else None
+        if member is None:
             raise BadLineError(f"{key} is not one of {', '.join(words)}")
-        return words[value]
+        return member
 
     def risk(self, key: str) -> Risk:
         """A risk class by its word."""
