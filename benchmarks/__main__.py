@@ -5,7 +5,7 @@ import json
 import pkgutil
 import platform
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from os import cpu_count
 
@@ -40,12 +40,17 @@ def main(arguments: list[str] | None = None) -> int:
             f"A ratio is the peer's time divided by ours: the median of {options.rounds} interleaved rounds,"
         )
         print("with the interquartile range in brackets. All inputs are simulated.")
+    targets: list[Line] = []
     for name in wanted.only or known:
         if not wanted.json:
             print(f"\n{name}: {known[name].summary}")
         for entry in known[name].measure(options):
             show(name, entry)
             sys.stdout.flush()
+            if isinstance(entry, Line) and entry.verdict:
+                targets.append(entry)
+    if targets and not wanted.json:
+        _show_targets(targets)
     return 0
 
 
@@ -97,6 +102,18 @@ def _show(_: str, entry: Line | Remark) -> None:
     lost = f"peer: {entry.lost}" if entry.lost else "peer lost nothing" if entry.bar is not None else ""
     facts = "; ".join(filter(None, (bar, lost, entry.note)))
     print(f"  {entry.what:54} {entry.peer:22} {times:>20}  {facts}")
+
+
+def _show_targets(entries: Sequence[Line]) -> None:
+    """Print every target with its figure, those that were missed first."""
+    missed = sum(entry.verdict == "missed" for entry in entries)
+    counted = f"{len(entries) - missed} met, {missed} missed"
+    print(f"\ntargets: {counted}; with small inputs or on a busy machine, more are missed")
+    for entry in sorted(entries, key=lambda entry: entry.verdict, reverse=True):
+        median = entry.ratio.median if entry.ratio else 0.0
+        bar = f">= {entry.bar:g}" if entry.bar is not None else f"<= {entry.ceiling:g}"
+        what = f"{entry.what} | {entry.peer}"
+        print(f"  {entry.verdict:7} {median:7.4g}  {bar:>8}  {what}")
 
 
 def _show_json(section: str, entry: Line | Remark) -> None:

@@ -49,7 +49,7 @@ def measure(options: Options) -> Iterator[Line | Remark]:
             note = f"{rate:,.0f} packets/s"
             yield Line(f"decode --format {name}", "the bare decoder", times, ceiling=most, note=note)
         if _STATUS.exists():
-            repeats = 10 if options.quick else 100
+            repeats = 10 if options.quick else 25
             file.write_bytes(corpus.stream * repeats)
             size = len(corpus.stream) * repeats / 1e6
             peak = _peak_memory(file)

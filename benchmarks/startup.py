@@ -17,6 +17,7 @@ _VERSION: Final = ("--version",)
 _PLAN_COMMANDS: Final = (("plan", "list"), ("plan", "show"), ("plan", "check"))
 _HELPS: Final = tuple((*words, "--help") for words in ((), *((name,) for name in COMMANDS), *_PLAN_COMMANDS))
 _ENTRY: Final = "from sphero_probe.cli import main; main()"
+_MOST_ROUNDS: Final = 7
 _YARDSTICKS: Final = {"pass": 1.2, "import click": 1.3}
 """Code for a bare interpreter -> how many times as long the tool may take."""
 
@@ -34,15 +35,16 @@ def measure(options: Options) -> Iterator[Line | Remark]:
     runners: dict[str, Callable[[], object]] = {
         code: partial(_start, [sys.executable, "-c", code]) for code in _YARDSTICKS
     }
-    runners |= {" ".join(words): partial(_start, [*tool, *words]) for words in (_VERSION, *_HELPS)}
+    helps = _HELPS[:3] if options.quick else _HELPS
+    runners |= {" ".join(words): partial(_start, [*tool, *words]) for words in (_VERSION, *helps)}
     runners["entry"] = partial(_start, [sys.executable, "-c", _ENTRY, *_VERSION])
     runners["module"] = partial(_start, [*module, *_VERSION])
-    seconds = race(runners, options.rounds)
+    seconds = race(runners, min(options.rounds, _MOST_ROUNDS))
     yield _line("--version", "pass", seconds, "--version")
     yield _line("--version, the entry point alone", "pass", seconds, "entry")
     if tool != module:
         yield _line("--version of python -m sphero_probe", "pass", seconds, "module")
-    for words in map(" ".join, _HELPS):
+    for words in map(" ".join, helps):
         yield _line(words, "import click", seconds, words)
 
 

@@ -80,13 +80,18 @@ def test_the_text_shows_targets_and_losses(
     section = codec.SECTION._replace(measure=lambda _: iter(entries))
     monkeypatch.setattr("benchmarks.__main__.sections", lambda: {"codec": section})
     assert main(["--quick"]) == 0
-    remark, met, missed, lossy = capsys.readouterr().out.splitlines()[-4:]
+    shown, targets = capsys.readouterr().out.split("\ntargets: ")
+    remark, met, missed, lossy = shown.splitlines()[-4:]
     assert remark.strip() == "what is simulated"
     assert "3.0x [2.0-4.0]" in met
     assert "target 2.5x met" in met
     assert "target 2.5x missed" in missed
     assert "7 of 9 frames" in lossy
     assert "met" not in lossy
+    assert targets.splitlines()[1:] == [
+        "  missed        2    >= 2.5  a task | a slow one",
+        "  met           3    >= 2.5  a task | a peer",
+    ]
 
 
 def test_a_missing_peer_is_named_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
