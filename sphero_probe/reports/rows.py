@@ -105,8 +105,10 @@ def finding_row(finding: Finding) -> Row:
         "attempts": finding.attempts,
         "note": "; ".join(filter(None, (finding.note, decoded.problem if decoded else ""))),
     }
-    asked = {"request": finding.command.payload.hex(), "arguments": request_fields(finding.command, known)}
-    return Row("finding", data | {"state": state(data)} | asked)
+    data["state"] = state(data)
+    data["request"] = finding.command.payload.hex()
+    data["arguments"] = request_fields(finding.command, known)
+    return Row("finding", data)
 
 
 def note_row(note: Note) -> Row:
