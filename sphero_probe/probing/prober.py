@@ -92,8 +92,7 @@ class Prober:
         row = lookup(self.link.codec.generation, did, cid, policy.robot)
         if not payload and not probe.exact:
             payload = payload_for(row, policy.consent)
-        if target is None:
-            target = self.target
+        target = self.target if target is None else target
         return FilledProbe(number, Command(did, cid, payload, target, options), row)
 
     def is_blocked(self, probe: Probe) -> bool:
@@ -210,9 +209,8 @@ class Prober:
     def prepare(self, filled: FilledProbe) -> PreparedProbe:
         """Assess a probe by the policy, with what was measured so far."""
         number, command, row = filled
-        link = self.line.link
-        risk, _, blocked = link.policy.assess(command)
-        if len(command.payload) > link.codec.max_payload:
+        risk, _, blocked = self.link.policy.assess(command)
+        if len(command.payload) > self.link.codec.max_payload:
             blocked = f"a payload of {len(command.payload)} bytes does not fit into a frame of this robot"
         wrong_length = not blocked and risk is Risk.PROBE and not is_impossible(command)
         may_exist = wrong_length and (
@@ -253,9 +251,7 @@ class Prober:
     async def _ask(
         self, probe: PreparedProbe, before_sending: Callable[[], None] | None, *, alone: bool
     ) -> ProbeResult:
-        woken = False
-        pause = BUSY_PAUSE
-        codec = self.link.codec
+        woken, pause = False, BUSY_PAUSE
 
         def intend() -> None:
             self.intend(probe)
@@ -275,7 +271,7 @@ class Prober:
                 return ProbeResult(exchange, attempt - 1)
             if not isinstance(exchange, Answered) or attempt == BUSY_ATTEMPTS or self.line.is_stopped:
                 return ProbeResult(exchange, attempt)
-            verdict = codec.verdict(exchange.response.code)
+            verdict = self.link.codec.verdict(exchange.response.code)
             if verdict is Verdict.TARGET_UNAVAILABLE and not woken:
                 woken = True
                 await wake(self.link, probe.command.target)
