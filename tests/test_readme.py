@@ -25,6 +25,8 @@ LINE = re.compile(r"^(?:\$|\s+- run:) sphero-probe (.+)$", re.MULTILINE)
 """A command line in a transcript, or in the steps of a workflow file."""
 LINES = {line: page for page, text in reversed(PAGES.items()) for line in LINE.findall(text)}
 """Command line -> the first page that shows it."""
+LONG = ("discover --device BP-1234",)
+"""Command lines that take long over the fake BlueZ."""
 SETUP = re.findall(r"^python3 -m venv .+$", README, re.MULTILINE)
 
 
@@ -57,7 +59,13 @@ def test_the_cookbook_teaches_by_command_lines() -> None:
 
 
 @pytest.mark.unmeasured
-@pytest.mark.parametrize("line", [pytest.param(line, id=f"{LINES[line]}: {line}") for line in LINES])
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(line, id=f"{LINES[line]}: {line}", marks=[pytest.mark.slow] if line in LONG else [])
+        for line in LINES
+    ],
+)
 def test_every_line_runs(cli: Cli, line: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "probe_plans").symlink_to(ROOT / "probe_plans")
     monkeypatch.chdir(tmp_path)

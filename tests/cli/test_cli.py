@@ -300,7 +300,8 @@ def test_a_signal_ends_a_sweep_cleanly(number: signal.Signals, code: int) -> Non
     assert ran.stderr
     seen = [ran.stdout.readline() for _ in range(5)]
     ran.send_signal(number)
-    out, err = ran.communicate(timeout=60)
+    out, err = ran.stdout.read(), ran.stderr.read()  # communicate() would skip what readline() has buffered
+    ran.wait(timeout=60)
     rows = objects("".join(seen) + out)
     assert ran.returncode == code
     assert "stopping" in err

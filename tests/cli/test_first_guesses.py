@@ -85,7 +85,6 @@ def test_a_closed_stream_is_no_bug(line: str, code: int, said: str, tmp_path: ob
     ("words", "fake", "code", "said"),
     [
         pytest.param("silent,inconclusive,incomplete", "", 0, "", id="none-occurs"),
-        pytest.param("silent", "?silent=0x13:0x10", 1, "1 silent", id="silent"),
         pytest.param("inconclusive", "?mask=1", 1, "inconclusive", id="inconclusive"),
         pytest.param("blocked", "", 1, "14 blocked", id="blocked"),
         pytest.param("silnt", "", 2, "did you mean 'silent'", id="unknown"),

@@ -5,7 +5,7 @@ import struct
 from math import isfinite
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sphero_probe.catalogue.packet_json import packet_keys
@@ -66,6 +66,7 @@ def row_of(packet: Packet) -> Row:
 
 
 @pytest.mark.parametrize("with_orjson", [False, True])
+@settings(max_examples=40)
 @given(packets=st.lists(PACKETS, max_size=8))
 def test_packets_are_written_as_the_standard_library_writes_them(
     packets: list[Packet], with_orjson: bool
@@ -82,6 +83,7 @@ def test_packets_are_written_as_the_standard_library_writes_them(
 
 
 @pytest.mark.parametrize("with_orjson", [False, True])
+@settings(max_examples=40)
 @given(
     data=st.dictionaries(
         st.text(),
