@@ -8,7 +8,7 @@ from typing import BinaryIO, Final
 
 from sphero_probe.catalogue import ROBOTS, lookup
 from sphero_probe.errors import BadInputFileError, BadLineError
-from sphero_probe.json_files import MAX_LINE, JsonObjects, open_regular, parse, without_collector
+from sphero_probe.json_files import MAX_LINE, JsonObjects, open_regular, parse
 from sphero_probe.probing.finding import Confidence, Heading, Summary
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.autodetect import AutoDecoder
@@ -45,7 +45,7 @@ def file_side(path: Path, source: str) -> Side:
     Raises:
         BadInputFileError: it cannot be read, or holds no run; the message names the line or object.
     """
-    with open_regular(path, "see: sphero-probe runs", MAX_FILE) as file, without_collector():
+    with open_regular(path, "see: sphero-probe runs", MAX_FILE) as file:
         is_journal = file.read(len(_JOURNAL)) == _JOURNAL
         file.seek(0)
         return (_journal_side if is_journal else _report_side)(file, path, source)

@@ -287,21 +287,18 @@ def test_hidden_commands_lead_the_table(cli: Cli) -> None:
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["ctrl-c", "terminate"]
 )
 def test_a_signal_ends_a_sweep_cleanly(number: signal.Signals, code: int) -> None:
-    ran = subprocess.Popen(
-        [
-            *(sys.executable, "-m", "sphero_probe", "sweep", "--did", "0x13"),
-            *("--device", "fake:bolt?latency=30ms", "--format", "jsonl"),
-        ],
+    words = ["sweep", "--did", "0x13", "--device", "fake:bolt?latency=30ms", "--format", "jsonl"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "sphero_probe", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
-    assert ran.stdout
-    assert ran.stderr
-    seen = [ran.stdout.readline() for _ in range(5)]
-    ran.send_signal(number)
-    out, err = ran.stdout.read(), ran.stderr.read()  # communicate() would skip what readline() has buffered
-    ran.wait(timeout=60)
+    ) as ran:
+        assert ran.stdout
+        assert ran.stderr
+        seen = [ran.stdout.readline() for _ in range(5)]
+        ran.send_signal(number)
+        out, err = ran.stdout.read(), ran.stderr.read()  # communicate() skips what readline() has buffered
     rows = objects("".join(seen) + out)
     assert ran.returncode == code
     assert "stopping" in err
