@@ -22,6 +22,9 @@ _BURST: Final = 0.05
 """Seconds between two bursts of notifications."""
 _INCOMPLETE: Final = 5
 
+_WINDOW = 12
+"""Commands that the tool has in flight at most [docs/architecture.md]."""
+
 
 class StrangerOnAir:
     """A stranger as the radio meets it: its clock starts when it hears first."""
@@ -79,7 +82,7 @@ def sweep_on_air(stranger: Stranger, dids: str, stage: Stage, folder: Path) -> t
         *("sweep", "--did", dids, "--cid", f"{cids.start}-{cids.stop - 1}", "--device", ADDRESS),
         *("--journal", str(journal), "--format", "jsonl"),
     )
-    ran = Ran("sweep", stranger, robot, seconds=monotonic() - began, error=_error(ended))
+    ran = Ran("sweep", stranger, robot, seconds=monotonic() - began, error=_error(ended), on_the_way=_WINDOW)
     if journal.exists():
         ran.records = list(read_journal(journal).records())
     return ran, ended

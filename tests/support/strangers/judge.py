@@ -149,7 +149,7 @@ def stops(ran: Ran) -> Iterator[str]:
             first.setdefault(done.row.node, done.known_at)
     later = [heard for heard in ran.robot.heard if heard.at > first.get(heard.node, LONGEST)]
     later = [heard for heard in later if len(heard.data) >= _WRONG and not _is_harmless(heard, ran)]
-    if later:
+    if len(later) > ran.on_the_way:
         yield f"{len(later)} probes at a wrong length after the first surprise, {_spell(later[0][1:4])} first"
 
 
