@@ -44,8 +44,8 @@ class Ran:
         records: the records of the run.
         error: the error that it raised.
         seconds: how long it took, on the virtual clock.
-        on_the_way: commands that may be on their way to the robot while an answer is on its way back: none on
-            the virtual clock, where an answer is known when it is sent; over the air as many as are in flight.
+        on_the_way: commands that may be on their way to the robot while an answer comes back: none on the
+            virtual clock, where an answer is known when it is sent; over the air as many as are in flight.
     """
 
     kind: str
