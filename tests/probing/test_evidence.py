@@ -1,6 +1,5 @@
 """An evidence run sends only what is harmless, and settles questions as the built-in robot really is."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -26,8 +25,6 @@ WITHOUT_ABSENT_READS = ("sphero", "sprk")
 MOST_FRAMES = {1: 75, 2: 150}
 """Nodes -> frames of a run: 31 are echoes at once; on an RVR, 50 ask for a code."""
 FAULTS = ["strict=none", "strict=minimum", "mask=1", "hidden=40&claims=lying", "strict=none&mask=1&hidden=40"]
-FACTS = Path("/work/shared/facts")
-
 FIRST = "the command first: an absent command is called absent at every length"
 LENGTH_FIRST = "the length first: with a payload, an absent command is answered bad data length"
 
@@ -300,9 +297,6 @@ def test_each_open_question_of_the_public_record_is_asked() -> None:
     }
     keys = {question.key for question in OPEN_QUESTIONS}
     assert {key for line in asked.values() for key in line.split()} <= keys
-    record = FACTS / "public_record.json"
-    if record.exists():
-        assert set(json.loads(record.read_text())["open"]) == set(asked)
 
 
 @pytest.mark.parametrize(
