@@ -18,6 +18,7 @@ from sphero_probe.cli.fleet_options import (
 from sphero_probe.cli.options import output_options, seconds_option
 from sphero_probe.cli.strict import StrictCommand
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
+from sphero_probe.cli.what_options import led_options, range_options
 
 _SCAN_SECONDS: Final = 5.0
 _matrix = click.option(
@@ -51,17 +52,7 @@ def health(output: Output, connecting: FleetConnectOptions) -> None:
 
 
 @command.command("sweep", cls=StrictCommand, words_belong_to="--did")
-@click.option(
-    "--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.", shell_complete=offer("dids")
-)
-@click.option("--cid", metavar="IDS", help="Command ids.  [default: 0x00-0xff]")
-@click.option(
-    "--plan",
-    metavar="FILE",
-    help="A plan file, or the name of a shipped plan.",
-    shell_complete=offer("plans"),
-)
-@click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
+@range_options
 @_matrix
 @fleet_asking_options
 @robots_options
@@ -149,17 +140,7 @@ def evidence(output: Output, connecting: FleetConnectOptions, folder: str | None
 
 
 @command.command("led", cls=StrictCommand)
-@click.option("--front", metavar="COLOUR", help="The front LED (on a Mini: the body): ff0000, f00 or red.")
-@click.option("--back", metavar="COLOUR", help="The back LED.")
-@click.option(
-    "--led",
-    "leds",
-    multiple=True,
-    metavar="NAME=COLOUR",
-    help="An LED by name; may be repeated.",
-    shell_complete=offer("leds"),
-)
-@click.option("--off", is_flag=True, help="Switch off all LEDs that are not named.")
+@led_options
 @fleet_asking_options
 @robots_options
 @partial(fleet_journal_options, resume=False)

@@ -2,24 +2,14 @@
 
 import click
 
-from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.options import asking_options, device_options, journal_options, output_options
 from sphero_probe.cli.strict import StrictCommand
 from sphero_probe.cli.values import AskOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.what_options import led_options
 
 
 @click.command("led", cls=StrictCommand)
-@click.option("--front", metavar="COLOUR", help="The front LED (on a Mini: the body): ff0000, f00 or red.")
-@click.option("--back", metavar="COLOUR", help="The back LED.")
-@click.option(
-    "--led",
-    "leds",
-    multiple=True,
-    metavar="NAME=COLOUR",
-    help="An LED by name; may be repeated.",
-    shell_complete=offer("leds"),
-)
-@click.option("--off", is_flag=True, help="Switch off all LEDs that are not named.")
+@led_options
 @click.option("--list", "listed", is_flag=True, help="List the robot's LEDs and set none.")
 @asking_options
 @device_options

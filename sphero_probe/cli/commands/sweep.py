@@ -14,19 +14,11 @@ from sphero_probe.cli.options import (
 )
 from sphero_probe.cli.strict import StrictCommand
 from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, JournalOptions, Output
+from sphero_probe.cli.what_options import range_options
 
 
 @click.command("sweep", cls=StrictCommand, words_belong_to="--did")
-@click.option(
-    "--did", metavar="IDS", help="Device ids: 0x13, 0x10-0x1a,0x1f, power.", shell_complete=offer("dids")
-)
-@click.option("--cid", metavar="IDS", help="Command ids.  [default: 0x00-0xff]")
-@click.option(
-    "--plan",
-    metavar="FILE",
-    help="A plan file, the name of a shipped plan, or spherov2-claims.",
-    shell_complete=offer("plans"),
-)
+@partial(range_options, plans="A plan file, the name of a shipped plan, or spherov2-claims.")
 @click.option(
     "--plan-from",
     "capture",
@@ -34,7 +26,6 @@ from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, Jo
     help="Ask the commands that a capture of the maker's app holds.",
     shell_complete=offer("files"),
 )
-@click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command.")
 @asking_options
 @device_options
 @partial(journal_options, resume=True)
