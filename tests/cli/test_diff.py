@@ -286,12 +286,14 @@ def test_a_bad_baseline_is_said_before_anything_is_sent(
 
 # ---------------------------------------------------------------- many findings
 
-_MEMORY = """
-import resource, sys
+_STATUS = Path("/proc/self/status")
+_MEMORY = f"""
+import re, sys
 from sphero_probe.cli.invoke import run
 assert run(["diff", *sys.argv[1:]]) == 1
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, file=sys.stderr)
+print(re.search("VmHWM:[^0-9]*([0-9]+) kB", open("{_STATUS}").read())[1], file=sys.stderr)
 """
+"""A process that prints its own peak memory; what ``getrusage`` tells of a new process includes its parent."""
 
 
 def whole_journal(path: Path, *, last: int) -> None:
@@ -318,11 +320,12 @@ def whole_journal(path: Path, *, last: int) -> None:
 
 
 @pytest.mark.slow
-def test_runs_of_65536_findings_fit_in_200_megabytes(tmp_path: Path) -> None:
+@pytest.mark.skipif(not _STATUS.exists(), reason="only Linux tells the peak memory of a process in /proc")
+def test_runs_of_65536_findings_fit_in_100_mebibytes(tmp_path: Path) -> None:
     one, other = tmp_path / "one.jsonl", tmp_path / "other.jsonl"
     whole_journal(one, last=2)
     whole_journal(other, last=5)
     command = [sys.executable, "-c", _MEMORY, str(one), str(other)]
     ran = subprocess.run(command, capture_output=True, text=True, check=True)
     assert re.match(r"appeared\t1\t0xff\t0xff\t", ran.stdout)
-    assert int(ran.stderr.split()[-1]) <= 200
+    assert int(ran.stderr.split()[-1]) <= 100 * 1024
