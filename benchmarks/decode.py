@@ -1,16 +1,15 @@
 """Compares the command ``decode`` with the bare decoder, on a file with a simulated stream."""
 
 import os
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from subprocess import run
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 from benchmarks.corpus import second_generation
+from benchmarks.process import spent
 from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.protocol import CODECS
@@ -20,14 +19,6 @@ from sphero_probe.reports import json_text
 _READ = 1 << 16
 _MOST = {"jsonl": 12.0, "jsonl without orjson": 16.0, "plain": 12.0, "csv": 12.0}
 """How many times the time of the bare decoder a format may take."""
-_STATUS = Path("/proc/self/status")
-_CHILD = f"""
-import re, sys
-from sphero_probe.cli.invoke import run
-run(("decode", sys.argv[1], "--format", "jsonl", "-o", sys.argv[2]))
-print(re.search("VmHWM: *\\t* *([0-9]+) kB", open("{_STATUS}").read())[1])
-"""
-"""A process that prints its own peak memory; on Linux, its parent gets a value that includes the parent."""
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
@@ -48,11 +39,10 @@ def measure(options: Options) -> Iterator[Line | Remark]:
             times = ratio(seconds[name], seconds["bare"])
             note = f"{rate:,.0f} packets/s"
             yield Line(f"decode --format {name}", "the bare decoder", times, ceiling=most, note=note)
-        if _STATUS.exists():
-            repeats = 10 if options.quick else 25
-            file.write_bytes(corpus.stream * repeats)
-            size = len(corpus.stream) * repeats / 1e6
-            peak = _peak_memory(file)
+        repeats = 10 if options.quick else 25
+        file.write_bytes(corpus.stream * repeats)
+        size = len(corpus.stream) * repeats / 1e6
+        if peak := spent("decode", str(file), "--format", "jsonl").mebibytes:
             yield Line(
                 f"decode of {size:.0f} MB in a process", "no peer", None, note=f"{peak:.0f} MiB at most"
             )
@@ -74,13 +64,6 @@ def _command(file: Path, name: str, *, orjson: bool = True) -> None:
         code = import_module("sphero_probe.cli.invoke").run(arguments)
     if code:
         raise RuntimeError(f"decode ended with {code}")
-
-
-def _peak_memory(file: Path) -> float:
-    """Return the largest resident size in MiB of a process that decodes a file."""
-    command = (sys.executable, "-c", _CHILD, str(file), os.devnull)
-    ran = run(command, capture_output=True, text=True, check=True)  # noqa: S603 - our own command
-    return int(ran.stdout) / 1024
 
 
 SECTION = Section("decode", "the command decode compared with the bare decoder, and its memory", measure)

@@ -2,18 +2,16 @@
 
 import json
 import os
-import re
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from subprocess import run
 from tempfile import TemporaryDirectory
 from typing import Final
 from unittest.mock import patch
 
 from benchmarks.journal import kept
+from benchmarks.process import spent
 from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.probing.finding import Heading, Outcome, Summary
@@ -31,13 +29,6 @@ _SMALL: Final = 256
 _LIST_LIMIT, _REPORT_LIMIT = 0.5, 2.5
 """Seconds."""
 _FORMATS: Final = ("jsonl", "plain", "csv", "table")
-_CHILD: Final = """
-import re, sys
-from pathlib import Path
-from sphero_probe.cli.invoke import run
-run(sys.argv[1:])
-print(re.search("VmHWM: *\\t* *([0-9]+) kB", Path("/proc/self/status").read_text())[1])
-"""
 
 
 def measure(options: Options) -> Iterator[Line | Remark]:
@@ -118,12 +109,8 @@ def _only_json(file: Path) -> None:
 
 def _peak(file: Path, name: str) -> str:
     """Return the largest resident size of a process that prints the report, empty where it is not told."""
-    if not Path("/proc/self/status").exists():
-        return ""
-    command = (sys.executable, "-c", _CHILD, "report", str(file), "--format", name, "-o", os.devnull)
-    said = run(command, capture_output=True, text=True, check=True).stdout  # noqa: S603 - our own command
-    found = re.search("[0-9]+", said)
-    return f", {int(found[0]) / 1024:.0f} MiB in a process" if found else ""
+    peak = spent("report", str(file), "--format", name).mebibytes
+    return f", {peak:.0f} MiB in a process" if peak else ""
 
 
 SECTION = Section("files", "the list of runs, reports of recorded runs, reading a journal", measure)

@@ -293,7 +293,7 @@ from sphero_probe.cli.invoke import run
 assert run(["diff", *sys.argv[1:]]) == 1
 print(re.search("VmHWM:[^0-9]*([0-9]+) kB", open("{_STATUS}").read())[1], file=sys.stderr)
 """
-"""A process that prints its own peak memory; what ``getrusage`` tells of a new process includes its parent."""
+"""A process that prints its own peak memory; that of ``getrusage`` would include the memory of its parent."""
 
 
 def whole_journal(path: Path, *, last: int) -> None:
