@@ -1,6 +1,6 @@
 """One packet as JSON: the keys that ``decode``, ``listen``, the notes of a run and every report share."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.addresses import Use, address_meaning
@@ -22,42 +22,82 @@ from sphero_probe.protocol.packets import (
 
 _COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
 _ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
-_NONE_SHARED: Final[Mapping[str, object]] = {}
+_USUAL: Final = ("seq", "fields", "payload", "raw")
+"""The keys that vary from packet to packet, where all is known and nothing is odd."""
 _new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
 _MOST: Final = 4096
 """The most headers that are remembered."""
 
 
-class PacketKeys(NamedTuple):
-    """The keys of a packet.
+class SharedKeys:
+    """The keys of many packets with the same ids, addresses, flags and code; compared by identity.
 
     Attributes:
-        all: as ``packet_json`` returns them.
-        shared: those that follow from its ids, addresses, flags and code, the same object for each such
-            packet; empty where there are none.
+        names: every key, in order.
+        fixed: key -> value, for those that are the same in all these packets.
+        varying: the other keys, in order.
     """
 
-    all: dict[str, object]
-    shared: Mapping[str, object]
+    __slots__ = ("fixed", "names", "varying")
+
+    def __init__(self, names: Iterable[str], fixed: Mapping[str, object]) -> None:
+        self.names, self.fixed = tuple(names), fixed
+        self.varying = tuple(name for name in self.names if name not in fixed)
+
+    def data(self, values: Iterable[object]) -> dict[str, object]:
+        """Return all keys with their values, given those of the varying keys in order."""
+        rest, fixed = iter(values), self.fixed
+        return {name: fixed[name] if name in fixed else next(rest) for name in self.names}
 
 
-class _Header(NamedTuple):
+class PacketKeys(NamedTuple):
+    """The keys of a packet, and what they hold.
+
+    Attributes:
+        keys: the same object for packets that share most of their values.
+        values: of the varying keys, in order.
+    """
+
+    keys: SharedKeys
+    values: tuple[object, ...]
+
+    @property
+    def all(self) -> dict[str, object]:
+        """The keys as ``packet_json`` returns them."""
+        return self.keys.data(self.values)
+
+
+class _Header:
     """What the ids, addresses, flags and code of a packet say: the same for most packets of a stream.
 
     Attributes:
-        before: the keys before ``seq``.
-        after: the keys between ``seq`` and ``fields``.
-        shared: all of them.
         layout: of the payload, None where it is not known.
+        usual: the keys of packets that vary in ``_USUAL``.
     """
 
-    before: dict[str, object]
-    after: dict[str, object]
-    shared: dict[str, object]
-    layout: Layout | None
+    def __init__(self, before: dict[str, object], after: dict[str, object], layout: Layout | None) -> None:
+        """Take the keys before ``seq``, those between ``seq`` and ``fields``, and the layout."""
+        self._before, self._after, self._fixed = before, after, before | after
+        self._of: dict[tuple[str, ...], SharedKeys] = {}
+        self.layout = layout
+        self.usual = self.keys(_USUAL)
+
+    def keys(self, varying: tuple[str, ...]) -> SharedKeys:
+        """Return the keys of packets that vary in these keys; ``seq``, if it is one, is the first."""
+        if varying not in self._of:
+            split = varying.count("seq")
+            names = (*self._before, *varying[:split], *self._after, *varying[split:])
+            self._of[varying] = SharedKeys(names, self._fixed)
+        return self._of[varying]
 
 
 _headers: dict[tuple[object, ...], _Header] = {}
+_MALFORMED: Final = {
+    generation: SharedKeys(
+        ("generation", "kind", "raw", "reason"), {"generation": generation.value, "kind": "malformed"}
+    )
+    for generation in Generation
+}
 
 
 def packet_json(
@@ -103,7 +143,7 @@ def packet_keys(
     *,
     raw_floats: bool = False,
 ) -> PacketKeys:
-    """Return the keys of a packet, and which of them many packets share.
+    """Return the keys of a packet, apart from what many packets share.
 
     The arguments are those of ``packet_json`` and, for the payload, of ``Layout.decode``.
     """
@@ -123,33 +163,32 @@ def packet_keys(
         of_header = (generation, model, did, cid, source, target, flags, None, None)
         leds = leds_set(robot, packet.command) if robot else None
     else:
-        return PacketKeys(_malformed(packet, generation, raw), _NONE_SHARED)
+        return _malformed(packet, generation, raw)
     header = _headers.get(of_header)
     if header is None:
         if len(_headers) >= _MOST:
             _headers.clear()
         header = _headers[of_header] = _header(packet, generation, robot)
-    keys = header.before.copy()
-    if seq is not None:
-        keys["seq"] = seq
-    keys.update(header.after)
     decoded = stream or (header.layout.decode(payload, raw_floats=raw_floats) if header.layout else None)
+    if decoded and seq is not None and leds is None:
+        fields, units, _, problem = decoded
+        if not (units or problem):  # most packets of a stream
+            return _new(PacketKeys, (header.usual, (seq, fields, payload.hex(), raw.hex())))
+    varying: dict[str, object] = {} if seq is None else {"seq": seq}
     if decoded:
-        keys["fields"] = decoded.fields
+        varying["fields"] = decoded.fields
         if decoded.units:
-            keys["units"] = decoded.units
+            varying["units"] = decoded.units
     if leds is not None:
-        keys["leds"] = leds
-    keys["payload"] = payload.hex()
-    keys["raw"] = raw.hex()
+        varying["leds"] = leds
+    varying |= {"payload": payload.hex(), "raw": raw.hex()}
     if decoded and decoded.problem:
-        keys["note"] = decoded.problem
-    return _new(PacketKeys, (keys, header.shared))
+        varying["note"] = decoded.problem
+    return PacketKeys(header.keys(tuple(varying)), tuple(varying.values()))
 
 
-def _malformed(packet: Malformed, generation: Generation, raw: bytes) -> dict[str, object]:
-    held = (raw or packet.raw).hex()
-    return {"generation": generation.value, "kind": "malformed", "raw": held, "reason": packet.reason}
+def _malformed(packet: Malformed, generation: Generation, raw: bytes) -> PacketKeys:
+    return PacketKeys(_MALFORMED[generation], ((raw or packet.raw).hex(), packet.reason))
 
 
 def _header(
@@ -176,7 +215,7 @@ def _header(
         "name": known.name if known else None,
     }
     after = _present(after)
-    return _Header(before, after, before | after, layout)
+    return _Header(before, after, layout)
 
 
 def _present(keys: dict[str, object]) -> dict[str, object]:

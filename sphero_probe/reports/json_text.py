@@ -1,15 +1,16 @@
 """Writes a row as one JSON object on one line, in ASCII and harmless on a terminal.
 
-What many rows share is encoded once (``Row.shared``). Where orjson is installed, it writes lists of numbers;
-the text is the same without it.
+What many rows have in common is encoded once (``Row.keys``). Where orjson is installed, it writes lists of
+numbers; the text is the same without it.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
+from sphero_probe.catalogue.packet_json import SharedKeys
 from sphero_probe.reports.rows import Row
 
 try:
@@ -28,55 +29,34 @@ _MOST: Final = 1024
 _encode = json.JSONEncoder(allow_nan=False).encode  # json.dumps would make an encoder for every row
 
 
-class _Template(NamedTuple):
-    """The object of rows that share most of their data.
-
-    Attributes:
-        text: with ``%s`` for every value that is not shared.
-        varying: the keys of these values.
-        shared: what the rows share; it is kept, so that its id stays its own.
-    """
-
-    text: str
-    varying: tuple[str, ...]
-    shared: Mapping[str, object]
-
-
 class JsonObjects:
     """Writes the rows of one document."""
 
     def __init__(self) -> None:
-        self._templates: dict[tuple[str, int, tuple[str, ...]], _Template] = {}
+        self._templates: dict[SharedKeys, str] = {}
         self._first = True
 
     def text(self, row: Row) -> str:
         """Return the object of a row: its type, the schema's version in the first of a document, its data."""
-        first, self._first = self._first, False
-        if row.shared and not first:
-            text = self._templated(row)
+        if row.keys and not self._first:
+            template = self._templates.get(row.keys) or self._template(row.type, row.keys)
+            text = template % tuple([_text(value) for value in row.values])
         else:
-            version = {"schema_version": SCHEMA_VERSION} if first else {}
+            version = {"schema_version": SCHEMA_VERSION} if self._first else {}
             text = _any_text({"type": row.type} | version | row.data)
+            self._first = False
         return text.replace("\x7f", "\\u007f") if "\x7f" in text else text
 
-    def _templated(self, row: Row) -> str:
-        data = row.data
-        key = (row.type, id(row.shared), tuple(data))
-        template = self._templates.get(key)
-        if template is None:
-            if len(self._templates) >= _MOST:
-                self._templates.clear()
-            template = self._templates[key] = _template(row)
-        return template.text % tuple([_text(data[name]) for name in template.varying])
-
-
-def _template(row: Row) -> _Template:
-    varying = tuple(key for key in row.data if key not in row.shared)
-    pairs = []
-    for key, value in ({"type": row.type} | row.data).items():
-        known = key not in varying
-        pairs.append(f"{_literal(key)}: {_literal(value) if known else '%s'}")
-    return _Template(f"{{{', '.join(pairs)}}}", varying, row.shared)
+    def _template(self, kind: str, keys: SharedKeys) -> str:
+        """Return the object of rows with these keys, with ``%s`` for every value that varies."""
+        if len(self._templates) >= _MOST:
+            self._templates.clear()
+        pairs = [f'"type": {_literal(kind)}']
+        for name in keys.names:
+            value = _literal(keys.fixed[name]) if name in keys.fixed else "%s"
+            pairs.append(f"{_literal(name)}: {value}")
+        template = self._templates[keys] = f"{{{', '.join(pairs)}}}"
+        return template
 
 
 def _literal(value: object) -> str:
@@ -90,10 +70,15 @@ def _text(value: Any) -> str:
         return encode_basestring_ascii(value)
     if kind is int:
         return repr(value)
-    if kind is list and {*map(type, value)} == {float}:
-        return _numbers(value)
-    if kind is dict and {*map(type, value)} == {str}:
-        pairs = [f"{encode_basestring_ascii(key)}: {_text(held)}" for key, held in value.items()]
+    if kind is list:
+        return _list(value)
+    if kind is float and isfinite(value):
+        return repr(value)
+    if kind is dict:
+        try:
+            pairs = [f"{encode_basestring_ascii(key)}: {_text(held)}" for key, held in value.items()]
+        except TypeError:  # a key that is no text
+            return _any_text(value)
         return f"{{{', '.join(pairs)}}}"
     return _any_text(value)
 
@@ -105,14 +90,20 @@ def _any_text(value: object) -> str:
         return _encode(_finite(value))
 
 
-def _numbers(values: list[float]) -> str:
-    """Return a list of floats; orjson writes some differently: with an exponent, or not finite."""
+def _list(values: list[Any]) -> str:
+    """Return a list; orjson writes numbers as Python does, unless with an exponent or not finite."""
     if dumps:
-        text = dumps(values).decode()
-        if not ("e" in text or "0.0000" in text or "n" in text):
+        try:
+            text = dumps(values).decode()
+        except TypeError:  # a whole number of more than 64 bits, for example
+            return _any_text(values)
+        if not ("e" in text or "0.0000" in text or "n" in text or '"' in text):
             return text.replace(",", ", ")
-    text = repr(values)
-    return _encode(_finite(values)) if "n" in text else text
+    elif values and {*map(type, values)} == {float}:
+        text = repr(values)
+        if "n" not in text:
+            return text
+    return _any_text(values)
 
 
 def _finite(value: object) -> object:

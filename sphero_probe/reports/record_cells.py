@@ -1,27 +1,28 @@
-"""Renders the record columns of rows, those that many rows share only once."""
+"""Renders the record columns of rows, those that many rows have in common only once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from sphero_probe.catalogue.packet_json import SharedKeys
 from sphero_probe.reports.rows import Row
-from sphero_probe.reports.views import Column, View
+from sphero_probe.reports.views import Render, View
 
 _MOST: Final = 1024
 """The most patterns that are remembered."""
 
 
 class _Pattern(NamedTuple):
-    """The cells of rows that share most of their data.
+    """The cells of rows that have most in common.
 
     Attributes:
         cells: one per column; those that vary are empty.
-        varying: place and column of each cell that varies.
-        shared: what the rows share; it is kept, so that its id stays its own.
+        shown: place of a cell, place of its value in the row, and how it is shown.
+        rendered: place of a cell that is made of several values, and what makes it.
     """
 
     cells: list[str]
-    varying: list[tuple[int, Column]]
-    shared: Mapping[str, object]
+    shown: list[tuple[int, int, Callable[[object], str]]]
+    rendered: list[tuple[int, Render]]
 
 
 class RecordCells:
@@ -36,31 +37,36 @@ class RecordCells:
         """
         self._columns = view.record_columns
         self._escape = escape
-        self._patterns: dict[tuple[int, tuple[str, ...]], _Pattern] = {}
+        self._patterns: dict[SharedKeys, _Pattern] = {}
 
     def of(self, row: Row) -> list[str]:
         """Return the cells of a row, as the format writes them."""
-        escape, data = self._escape, row.data
-        if not row.shared:
-            texts = [column.render(data) for column in self._columns]
+        escape = self._escape
+        if row.keys is None:
+            texts = [column.render(row.data) for column in self._columns]
             return [text if text.isalnum() and text.isascii() else text and escape(text) for text in texts]
-        key = (id(row.shared), tuple(data))
-        pattern = self._patterns.get(key)
-        if pattern is None:
-            if len(self._patterns) >= _MOST:
-                self._patterns.clear()
-            pattern = self._patterns[key] = self._pattern(row)
-        cells = pattern.cells.copy()
-        for at, column in pattern.varying:
-            cells[at] = escape(column.render(data))
+        pattern = self._patterns.get(row.keys) or self._pattern(row.keys)
+        cells, values = pattern.cells.copy(), row.values
+        for at, place, show in pattern.shown:
+            cells[at] = escape(show(values[place]))
+        if pattern.rendered:
+            data = {**row.keys.fixed, **dict(zip(row.keys.varying, values, strict=True))}  # in any order
+            for at, render in pattern.rendered:
+                cells[at] = escape(render(data))
         return cells
 
-    def _pattern(self, row: Row) -> _Pattern:
-        """Tell apart the columns whose key is shared or absent: a record column depends on no other row."""
-        cells, varying = [], []
+    def _pattern(self, keys: SharedKeys) -> _Pattern:
+        """Tell apart columns whose value is the same or absent, whose value varies, and of several keys."""
+        if len(self._patterns) >= _MOST:
+            self._patterns.clear()
+        pattern = self._patterns[keys] = _Pattern([], [], [])
         for at, column in enumerate(self._columns):
-            varies = column.key in row.data and column.key not in row.shared
-            cells.append("" if varies else self._escape(column.render(row.data)))
-            if varies:
-                varying.append((at, column))
-        return _Pattern(cells, varying, row.shared)
+            cell = ""
+            if column.show is None:
+                pattern.rendered.append((at, column.render))
+            elif column.key in keys.varying:
+                pattern.shown.append((at, keys.varying.index(column.key), column.show))
+            else:
+                cell = self._escape(column.show(keys.fixed.get(column.key)))
+            pattern.cells.append(cell)
+        return pattern

@@ -12,7 +12,7 @@ from sphero_probe.catalogue.addresses import AddressMeaning, client_means
 from sphero_probe.catalogue.dissection import Part
 from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
-from sphero_probe.catalogue.packet_json import packet_keys
+from sphero_probe.catalogue.packet_json import SharedKeys, packet_keys
 from sphero_probe.catalogue.proofs import PROVES
 from sphero_probe.catalogue.stream_plan import StreamColumn
 from sphero_probe.catalogue.streams import StreamDecoder
@@ -41,14 +41,22 @@ class Row(NamedTuple):
             ``command``, ``difference``, ``library``, ``led``, ``planned``, ``plan``, ``code``, ``fact``,
             ``check``, ``run_file``, ``address``, ``byte``, ``system``, ``node``, ``hop``, ``sensor``,
             ``sample``.
-        data: the values, in the order in which they are written.
-        shared: the part of ``data`` that is the same object for many rows, so that a format writes it once;
-            empty where there is none.
+        own: key -> value, in the order in which they are written; None where ``keys`` and ``values`` say it.
+        keys: what the row has in common with others of its type, so that a format writes that once.
+        values: of the keys that are not in common.
     """
 
     type: str
-    data: dict[str, object]
-    shared: Mapping[str, object] = {}
+    own: dict[str, object] | None
+    keys: SharedKeys | None = None
+    values: tuple[object, ...] = ()
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The values by key, in the order in which they are written; a new dict where ``own`` is None."""
+        if self.own is not None:
+            return self.own
+        return self.keys.data(self.values) if self.keys else {}
 
 
 def heading_row(heading: Heading) -> Row:
@@ -167,8 +175,8 @@ def packet_row(
     raw_floats: bool = False,
 ) -> Row:
     """Return the row of a packet; the arguments are those of ``packet_keys``."""
-    keys, shared = packet_keys(packet, generation, raw, robot, streams, raw_floats=raw_floats)
-    return tuple.__new__(Row, ("packet", keys, shared))  # twice as fast as a NamedTuple's own
+    keys, values = packet_keys(packet, generation, raw, robot, streams, raw_floats=raw_floats)
+    return tuple.__new__(Row, ("packet", None, keys, values))  # twice as fast as a NamedTuple's own
 
 
 def command_row(command: CommandRow) -> Row:

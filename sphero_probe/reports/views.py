@@ -33,6 +33,7 @@ class Column(NamedTuple):
         place: where it is shown.
         right: aligned to the right.
         whole: its cells are never folded.
+        show: the value of ``key`` -> the cell's raw text; None where ``render`` may read other keys, too.
     """
 
     key: str
@@ -41,6 +42,7 @@ class Column(NamedTuple):
     place: Place = Place.BOTH
     right: bool = False
     whole: bool = False
+    show: Callable[[object], str] | None = None
 
 
 class View(NamedTuple):
@@ -87,7 +89,7 @@ def both(
 ) -> Column:
     """A column of one key for people and scripts."""
     title = title or key.capitalize()
-    return Column(key, title, lambda data: show(data.get(key)), Place.BOTH, right, whole)
+    return Column(key, title, lambda data: show(data.get(key)), Place.BOTH, right, whole, show)
 
 
 def record_only(*keys: str, show: Callable[[object], str] = shown) -> tuple[Column, ...]:

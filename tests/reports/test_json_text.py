@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sphero_probe.catalogue.packet_json import packet_keys
+from sphero_probe.catalogue.packet_json import SharedKeys, packet_keys
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import (
     Command,
@@ -100,15 +100,18 @@ def test_any_row_is_written_as_the_standard_library_writes_it(
         dumps = pytest.importorskip("orjson").dumps if with_orjson else None
         patch.setattr(json_text, "dumps", dumps)
         objects = JsonObjects()
-        shared = {key: data[key] for key in list(data)[::2]}
-        for number, row in enumerate((Row("x", data), Row("100 %", data, shared), Row("y", data, shared))):
+        fixed = {key: data[key] for key in list(data)[::2]}
+        keys = [SharedKeys(data, fixed) for _ in range(2)]
+        values = tuple(data[key] for key in keys[0].varying)
+        rows = [Row("100 %", None, keys[0], values), Row("y", None, keys[1], values)]
+        for number, row in enumerate((Row("x", data), *rows, *rows)):
             assert objects.text(row) == plainly(row, first=not number)
 
 
 def test_packets_of_one_kind_share_their_header() -> None:
     packets = [Notification(0x18, 0x02, bytes(4 * count), 0x12, None, 0xFF, 0x28) for count in range(3)]
-    shared = [packet_keys(packet, Generation.V2, b"\x8d\xd8").shared for packet in packets]
+    shared = [packet_keys(packet, Generation.V2, b"\x8d\xd8").keys for packet in packets]
     assert shared[0] is shared[1] is shared[2]
-    assert {"seq", "fields", "payload", "raw"}.isdisjoint(shared[0])
-    other = packet_keys(packets[0]._replace(source=0x11), Generation.V2, b"\x8d\xd8").shared
-    assert other["source"] == 0x11
+    assert shared[0].varying == ("seq", "fields", "payload", "raw")
+    other = packet_keys(packets[0]._replace(source=0x11), Generation.V2, b"\x8d\xd8").keys
+    assert other.fixed["source"] == 0x11

@@ -128,11 +128,12 @@ from tests.support.reports_by_hand import CODEC, V2
 )
 def test_packet_has_the_keys_that_apply(packet: Packet, expected: dict[str, Any]) -> None:
     row = packet_row(packet, V2, b"\x8d\xd8")
+    data = row.data
     assert row.type == "packet"
-    assert row.data.pop("flags") == []  # made by hand, without the flag byte of a frame
+    assert data.pop("flags") == []  # made by hand, without the flag byte of a frame
     for key in ("target_means", "source_means"):
-        assert (row.data.pop(key, None) is not None) == (key.removesuffix("_means") in expected)
-    assert row.data == {"generation": "v2", "raw": "8dd8", **expected}
+        assert (data.pop(key, None) is not None) == (key.removesuffix("_means") in expected)
+    assert data == {"generation": "v2", "raw": "8dd8", **expected}
     order = [
         "generation",
         "kind",
@@ -151,7 +152,7 @@ def test_packet_has_the_keys_that_apply(packet: Packet, expected: dict[str, Any]
         "reason",
         "note",
     ]
-    assert sorted(row.data, key=order.index) == list(row.data)
+    assert sorted(data, key=order.index) == list(data)
 
 
 def test_malformed_packet() -> None:

@@ -73,7 +73,7 @@ class JUnitReport:
     def add(self, row: Row) -> None:
         """Take a row and keep its case: the row of a finding is much larger."""
         self._ending.add(row)
-        kind, data, _ = row
+        kind, data = row.type, row.data
         match kind:
             case "run":
                 self._run, self._robot = data, ROBOTS.get(shown(data.get("robot")))
