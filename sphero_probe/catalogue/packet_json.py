@@ -1,6 +1,6 @@
 """One packet as JSON: the keys that ``decode``, ``listen``, the notes of a run and every report share."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.addresses import Use, address_meaning
@@ -24,6 +24,7 @@ _COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
 _ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
 _USUAL: Final = ("seq", "fields", "payload", "raw")
 """The keys that vary from packet to packet, where all is known and nothing is odd."""
+_SIMPLE: Final = ("seq", "payload", "raw")
 _new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
 _MOST: Final = 4096
 """The most headers that are remembered."""
@@ -36,13 +37,17 @@ class SharedKeys:
         names: every key, in order.
         fixed: key -> value, for those that are the same in all these packets.
         varying: the other keys, in order.
+        simple: those of them that hold whole numbers, or text of ASCII letters and digits: nothing to escape.
     """
 
-    __slots__ = ("fixed", "names", "varying")
+    __slots__ = ("fixed", "names", "simple", "varying")
 
-    def __init__(self, names: Iterable[str], fixed: Mapping[str, object]) -> None:
+    def __init__(
+        self, names: Iterable[str], fixed: Mapping[str, object], simple: Collection[str] = ()
+    ) -> None:
         self.names, self.fixed = tuple(names), fixed
         self.varying = tuple(name for name in self.names if name not in fixed)
+        self.simple = frozenset(simple).intersection(self.varying)
 
     def data(self, values: Iterable[object]) -> dict[str, object]:
         """Return all keys with their values, given those of the varying keys in order."""
@@ -87,14 +92,16 @@ class _Header:
         if varying not in self._of:
             split = varying.count("seq")
             names = (*self._before, *varying[:split], *self._after, *varying[split:])
-            self._of[varying] = SharedKeys(names, self._fixed)
+            self._of[varying] = SharedKeys(names, self._fixed, _SIMPLE)
         return self._of[varying]
 
 
 _headers: dict[tuple[object, ...], _Header] = {}
 _MALFORMED: Final = {
     generation: SharedKeys(
-        ("generation", "kind", "raw", "reason"), {"generation": generation.value, "kind": "malformed"}
+        ("generation", "kind", "raw", "reason"),
+        {"generation": generation.value, "kind": "malformed"},
+        _SIMPLE,
     )
     for generation in Generation
 }

@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable
 from json.encoder import encode_basestring_ascii
 from math import isfinite
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from sphero_probe.catalogue.packet_json import SharedKeys
 from sphero_probe.reports.rows import Row
@@ -29,33 +29,50 @@ _MOST: Final = 1024
 _encode = json.JSONEncoder(allow_nan=False).encode  # json.dumps would make an encoder for every row
 
 
+class _Template(NamedTuple):
+    """The object of rows with the same keys.
+
+    Attributes:
+        text: with ``%s`` for every value that varies.
+        encoded: places of the values that must be encoded; the others are written as they are.
+    """
+
+    text: str
+    encoded: tuple[int, ...]
+
+
 class JsonObjects:
     """Writes the rows of one document."""
 
     def __init__(self) -> None:
-        self._templates: dict[SharedKeys, str] = {}
+        self._templates: dict[SharedKeys, _Template] = {}
         self._first = True
 
     def text(self, row: Row) -> str:
         """Return the object of a row: its type, the schema's version in the first of a document, its data."""
         if row.keys and not self._first:
-            template = self._templates.get(row.keys) or self._template(row.type, row.keys)
-            text = template % tuple([_text(value) for value in row.values])
+            text, encoded = self._templates.get(row.keys) or self._template(row, row.keys)
+            values = [*row.values]
+            for at in encoded:
+                values[at] = _text(values[at])
+            text %= tuple(values)
         else:
             version = {"schema_version": SCHEMA_VERSION} if self._first else {}
             text = _any_text({"type": row.type} | version | row.data)
             self._first = False
         return text.replace("\x7f", "\\u007f") if "\x7f" in text else text
 
-    def _template(self, kind: str, keys: SharedKeys) -> str:
-        """Return the object of rows with these keys, with ``%s`` for every value that varies."""
+    def _template(self, row: Row, keys: SharedKeys) -> _Template:
         if len(self._templates) >= _MOST:
             self._templates.clear()
-        pairs = [f'"type": {_literal(kind)}']
+        values = dict(zip(keys.varying, row.values, strict=True))
+        pairs = [f'"type": {_literal(row.type)}']
         for name in keys.names:
-            value = _literal(keys.fixed[name]) if name in keys.fixed else "%s"
+            quoted = name in keys.simple and isinstance(values[name], str)
+            value = _literal(keys.fixed[name]) if name in keys.fixed else '"%s"' if quoted else "%s"
             pairs.append(f"{_literal(name)}: {value}")
-        template = self._templates[keys] = f"{{{', '.join(pairs)}}}"
+        encoded = tuple(at for at, name in enumerate(keys.varying) if name not in keys.simple)
+        template = self._templates[keys] = _Template(f"{{{', '.join(pairs)}}}", encoded)
         return template
 
 

@@ -5,6 +5,7 @@ Every function accepts whatever a row may hold, also from an untrusted file.
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 
 from sphero_probe.catalogue.provenance import ASSUMED, ONE_UNTESTED_SOURCE, UNTESTED
 from sphero_probe.probing.finding import Outcome
@@ -66,16 +67,23 @@ def fields(data: Data) -> str:
         return ""
     units = units if isinstance(units, dict) else {}
     payload = shown(data.get("payload"))
-    words = [
-        (name, _field_value(name, value, payload), shown(units.get(name))) for name, value in values.items()
-    ]
-    return ", ".join([" ".join(filter(None, word)) for word in words])
+    words = []
+    for name, value in values.items():
+        text = _field_value(name, value, payload)
+        unit = shown(units.get(name)) if units else ""
+        words.append(f"{name} {text}" if text and not unit else " ".join(filter(None, (name, text, unit))))
+    return ", ".join(words)
+
+
+@lru_cache(maxsize=64)
+def _six_digits(count: int) -> str:
+    return " ".join(["%.6g"] * count)
 
 
 def _field_value(name: str, value: object, payload: str) -> str:
     if isinstance(value, list):
         if value and {*map(type, value)} == {float}:
-            return " ".join(["%.6g"] * len(value)) % tuple(value)
+            return _six_digits(len(value)) % tuple(value)
         if name in _ID_FIELDS and value == sorted({one for one in value if isinstance(one, int)}):
             value = spans(value)
         return " ".join(_field_value(name, one, payload) for one in value) or "none"

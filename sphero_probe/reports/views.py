@@ -33,7 +33,8 @@ class Column(NamedTuple):
         place: where it is shown.
         right: aligned to the right.
         whole: its cells are never folded.
-        show: the value of ``key`` -> the cell's raw text; None where ``render`` may read other keys, too.
+        show: the value of ``key`` -> the cell's raw text; None where ``render`` reads other keys, too.
+        reads: the keys that ``render`` reads, if it is known; None for any.
     """
 
     key: str
@@ -43,6 +44,7 @@ class Column(NamedTuple):
     right: bool = False
     whole: bool = False
     show: Callable[[object], str] | None = None
+    reads: tuple[str, ...] | None = None
 
 
 class View(NamedTuple):
@@ -108,7 +110,9 @@ def _units(units: object) -> list[str]:
 
 
 _PAIR: Final = table_only("DID:CID", phrases.pair, whole=True)
-_FIELDS: Final = Column("fields", "Fields", phrases.fields, Place.RECORD)
+_FIELDS: Final = Column(
+    "fields", "Fields", phrases.fields, Place.RECORD, reads=("fields", "units", "payload")
+)
 
 _FINDING_RECORD: Final = (
     *record_only("number"),

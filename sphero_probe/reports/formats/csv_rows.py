@@ -7,7 +7,7 @@ from functools import partial
 from typing import TextIO
 
 from sphero_probe.reports.printable import csv_cell
-from sphero_probe.reports.record_cells import RecordCells
+from sphero_probe.reports.record_lines import RecordLines
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
@@ -19,15 +19,14 @@ class CommaSeparated:
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
         self._out = out
         self._view = view
-        self._cells = RecordCells(view, partial(_quoted, unicode=style.unicode))
-        self._unicode = style.unicode
+        self._lines = RecordLines(view, ",", partial(_quoted, unicode=style.unicode))
         self._headed = False
 
     def add(self, row: Row) -> None:
         """Write a record."""
         if row.type == self._view.type:
             self._head()
-            self._write(self._cells.of(row))
+            self._out.write(self._lines.of(row) + "\n")
 
     def close(self) -> None:
         """Write the header if there was no record."""
@@ -36,11 +35,7 @@ class CommaSeparated:
     def _head(self) -> None:
         if not self._headed:
             self._headed = True
-            keys = (column.key for column in self._view.record_columns)
-            self._write([_quoted(key, unicode=self._unicode) for key in keys])
-
-    def _write(self, cells: list[str]) -> None:
-        self._out.write(",".join(cells) + "\n")
+            self._out.write(self._lines.header() + "\n")
 
 
 def _quoted(text: str, *, unicode: bool) -> str:

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TextIO
 
 from sphero_probe.reports.printable import visible
-from sphero_probe.reports.record_cells import RecordCells
+from sphero_probe.reports.record_lines import RecordLines
 from sphero_probe.reports.registry import Style
 from sphero_probe.reports.rows import Row
 from sphero_probe.reports.views import View
@@ -20,15 +20,14 @@ class TabSeparated:
     def __init__(self, out: TextIO, view: View, style: Style) -> None:
         self._out = out
         self._view = view
-        self._cells = RecordCells(view, partial(visible, limit=None, unicode=style.unicode))
+        self._lines = RecordLines(view, "\t", partial(visible, limit=None, unicode=style.unicode))
         if style.header:
-            keys = (column.key for column in view.record_columns)
-            out.write("\t".join(visible(key, limit=None, unicode=style.unicode) for key in keys) + "\n")
+            out.write(self._lines.header() + "\n")
 
     def add(self, row: Row) -> None:
         """Write a line."""
         if row.type == self._view.type:
-            self._out.write("\t".join(self._cells.of(row)) + "\n")
+            self._out.write(self._lines.of(row) + "\n")
 
     def close(self) -> None:
         """Nothing is left to write."""
