@@ -160,7 +160,7 @@ def packet_keys(
     if isinstance(packet, Notification):
         did, cid, payload, source, target, seq, flags = packet
         of_header: tuple[object, ...] = (generation, model, did, cid, source, target, flags)
-        stream = streams.decode(packet) if streams else None
+        stream = streams.decode(packet) if streams and streams.is_told else None
     elif isinstance(packet, Response):
         seq, code, payload, did, cid, source, target, flags = packet
         of_header = (generation, model, did, cid, source, target, flags, code)

@@ -32,6 +32,9 @@ class StreamDecoder:
 
     The commands that the robot executed come from exchanges (``executed``) or from recorded traffic
     (``observe``). Before the first of them, nothing is known to be streamed.
+
+    Attributes:
+        is_told: the robot executed a command; before that, ``decode`` returns None.
     """
 
     def __init__(self, generation: Generation, robot: Robot | None = None) -> None:
@@ -46,9 +49,11 @@ class StreamDecoder:
         self._masks = {WILDCARD: Masks()}
         self._configured: Configurations = {}
         self._asked: dict[int, Command] = {}
+        self.is_told = False
 
     def executed(self, command: Command) -> None:
         """Note that the robot executed a command; one that sets no masks or services changes nothing."""
+        self.is_told = True
         generation, node = self._codec.generation, node_of(command.target)
         told = {node: self._masks.get(node, self._masks[WILDCARD])} if node else self._masks
         self._masks |= {

@@ -4,6 +4,7 @@ V2 frames are searched for first: they have an end marker and escapes, so noise 
 other bytes are tried as V1. Bytes that neither decoder accepts are malformed.
 """
 
+from itertools import repeat
 from typing import Final, NamedTuple
 
 from sphero_probe.protocol import CODECS
@@ -36,7 +37,7 @@ class AutoDecoder:
         found: list[Detected] = []
         packets = self._v2.feed(data)
         if not self._noise and Malformed not in {*map(type, packets)}:
-            return [_new(Detected, (Generation.V2, packet)) for packet in packets]
+            return [*map(_new, repeat(Detected), zip(repeat(Generation.V2), packets))]
         for packet in packets:
             if isinstance(packet, Malformed):
                 self._noise.append(packet)

@@ -93,7 +93,10 @@ def _text(value: Any) -> str:
         return repr(value)
     if kind is dict:
         try:
-            pairs = [f"{encode_basestring_ascii(key)}: {_text(held)}" for key, held in value.items()]
+            pairs = [
+                f"{encode_basestring_ascii(key)}: {_list(held) if type(held) is list else _text(held)}"
+                for key, held in value.items()
+            ]
         except TypeError:  # a key that is no text
             return _any_text(value)
         return f"{{{', '.join(pairs)}}}"

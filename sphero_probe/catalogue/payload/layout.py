@@ -19,11 +19,12 @@ length, separated by ``|``: ``speed:u8 | speed:u16``. A payload is decoded by th
 its length, or not at all.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.payload.fields import UINT_WIDTHS, Field, parse_field, put, take
-from sphero_probe.catalogue.payload.numbers import NumbersReader, numbers_reader
+from sphero_probe.catalogue.payload.numbers import numbers_reader
 
 _new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
 
@@ -158,26 +159,34 @@ class Layout:
             of these. A payload whose length matches no variant has no fields: if one byte is missing or
             left over, every field may be misread.
         """
-        length = len(payload)
-        if length not in self._fitting:
-            self._fitting[length] = next((one for one in self.variants if one.accepts(length)), None)
-        variant = self._fitting[length]
-        return variant.decode_fitting(payload, raw_floats) if variant else self._misfit(payload)
+        read = self._readers.get(len(payload)) or self._reader_of(len(payload))
+        return read(payload, raw_floats)
 
     @cached_property
-    def _fitting(self) -> dict[int, "Layout | None"]:
-        """Length of a payload -> the variant that it matches."""
+    def _readers(self) -> dict[int, Callable[[bytes, bool], Decoded]]:
+        """Length of a payload -> what decodes it; floats as they are, or as their shortest decimals."""
         return {}
 
-    @cached_property
-    def _reader(self) -> NumbersReader | None:
-        return numbers_reader(self.fields)
+    def _reader_of(self, length: int) -> Callable[[bytes, bool], Decoded]:
+        variant = next((one for one in self.variants if one.accepts(length)), None)
+        read = self._readers[length] = variant.fitting_reader if variant else self._misfit
+        return read
 
-    def decode_fitting(self, payload: bytes, raw_floats: bool) -> Decoded:
-        """Decode a payload whose length matches this one variant."""
-        if reader := self._reader:
-            fields = reader.read_raw(payload) if raw_floats else reader.read(payload)
-            return _new(Decoded, (fields, reader.units.copy(), b"", ""))
+    @cached_property
+    def fitting_reader(self) -> Callable[[bytes, bool], Decoded]:
+        """What decodes a payload whose length matches this one variant."""
+        numbers = numbers_reader(self.fields)
+        if numbers is None:
+            return self._decode_fields
+        read, read_raw, units = numbers
+
+        def decode_numbers(payload: bytes, raw_floats: bool) -> Decoded:
+            fields = read_raw(payload) if raw_floats else read(payload)
+            return _new(Decoded, (fields, units.copy(), b"", ""))
+
+        return decode_numbers
+
+    def _decode_fields(self, payload: bytes, _raw_floats: bool) -> Decoded:
         values: dict[str, object] = {}
         units: dict[str, str] = {}
         problems: list[str] = []
@@ -218,7 +227,7 @@ class Layout:
                 spans.append(Span(field, start, end))
         return tuple(spans)
 
-    def _misfit(self, payload: bytes) -> Decoded:
+    def _misfit(self, payload: bytes, _raw_floats: bool) -> Decoded:
         """Return a payload whose length matches no variant, with the problem."""
         if len(self.variants) > 1:
             known = " or ".join(str(variant.minimum_length) for variant in self.variants)

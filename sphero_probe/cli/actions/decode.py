@@ -201,7 +201,7 @@ def _rows(
         decoder = sensors[spoken]
         decoder.observe(packet)
         row = packet_row(packet, spoken, raw, robot, decoder, raw_floats=shown.rounds)
-        yield _Found(spoken, packet, raw, row)
+        yield tuple.__new__(_Found, (spoken, packet, raw, row))  # twice as fast as a NamedTuple's own
 
 
 def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown: _Shown) -> Iterator[_Found]:
