@@ -11,6 +11,7 @@ from rich.live import Live
 from rich.text import Text
 
 from sphero_probe.cli.messages import say
+from sphero_probe.fleet.records import Status
 from sphero_probe.fleet.results import RobotResult
 from sphero_probe.reports.fleet import robot_result_row
 from sphero_probe.reports.phrases import found, shown
@@ -33,8 +34,10 @@ class Progress(Protocol):
 def summary(result: RobotResult) -> str:
     """Return how the work on a robot ended, in one line without its name."""
     data = robot_result_row(result).data
-    status, trouble = shown(data["status"]), shown(data["trouble"])
-    return ": ".join(filter(None, (status, trouble or found(data))))
+    status, trouble, counts = shown(data["status"]), shown(data["trouble"]), found(data)
+    if status == Status.DONE:  # it may have had trouble on the way
+        counts, trouble = "", "; ".join(filter(None, (counts, trouble)))
+    return ": ".join(filter(None, (status, trouble or counts)))
 
 
 @contextmanager

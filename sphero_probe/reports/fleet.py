@@ -89,8 +89,7 @@ def _link_text(data: Data) -> str:
 
 
 def _trouble_text(data: Data) -> str:
-    status, trouble = shown(data.get("status")), shown(data.get("trouble"))
-    return status if status == "done" else ": ".join(filter(None, (status, trouble)))
+    return ": ".join(filter(None, (shown(data.get("status")), shown(data.get("trouble")))))
 
 
 FLEET: Final = View(

@@ -1,4 +1,4 @@
-"""Says why a run is incomplete, for the end of its report and for the error message."""
+"""Says why a run is incomplete, and where the link dropped, for the end of its report and for messages."""
 
 from typing import Final
 
@@ -6,10 +6,10 @@ from sphero_probe.catalogue import ROBOTS
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.probing.finding import Outcome
 from sphero_probe.probing.notes import EXECUTED
-from sphero_probe.probing.retries import DEAD, LOST
+from sphero_probe.probing.retries import DEAD, LOST, SUSPECT
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Generation, Verdict
-from sphero_probe.reports.phrases import shown
+from sphero_probe.reports.phrases import pair, shown
 from sphero_probe.reports.rows import Row
 
 _EXECUTED: Final = "a wrong length was executed, so its node got no further wrong length"
@@ -20,9 +20,14 @@ _STOPPED: Final = "it was stopped before everything was asked"
 
 
 class RunEnding:
-    """Collects the reasons why a run is incomplete."""
+    """Collects the reasons why a run is incomplete.
+
+    Attributes:
+        suspects: the ids of commands that twice dropped the link, as ``0x13:0x10``.
+    """
 
     def __init__(self) -> None:
+        self.suspects: list[str] = []
         self._generation: Generation | None = None
         self._reasons: set[str] = set()
 
@@ -38,6 +43,8 @@ class RunEnding:
             self._reasons.add(_GAVE_UP)
         elif row.type == "finding" and data.get("note") == LOST:
             self._reasons.add(_LOST)
+        elif row.type == "finding" and data.get("note") == SUSPECT:
+            self.suspects.append(pair(data))
         elif row.type == "finding" and self._is_unavailable(data):
             self._reasons.add(_UNAVAILABLE)
 

@@ -199,3 +199,16 @@ def test_a_fleet_file_names_the_robots(cli: Cli, tmp_path: Path) -> None:
     told = robots(cli("fleet", "health", "--robots", str(file), "--format", "jsonl"))
     assert told[ONE]["label"] == "table 3"
     assert set(told) == {ONE, OTHER}
+
+
+def test_a_robot_that_restarts_tells_at_which_command(cli: Cli) -> None:
+    restarting = "fake:bolt-plus?seed=9&reboot_on=0x13:0x20&interval=15ms"
+    arguments = ("fleet", "sweep", *SWEEP, *devices(ONE, restarting))
+    ran = cli(*arguments, "--format", "jsonl")
+    assert ran.code == 0, ran.err
+    row = robots(ran)[restarting]
+    assert (row["status"], row["counts"]["inconclusive"]) == ("done", 1)
+    assert row["trouble"] == "the link dropped twice while 0x13:0x20 was in flight"
+    assert robots(ran)[ONE]["trouble"] is None
+    assert "1 inconclusive; the link dropped twice while 0x13:0x20 was in flight" in ran.err
+    assert "done: the link dropped" in " ".join(cli(*arguments, "--format", "table").out.split())

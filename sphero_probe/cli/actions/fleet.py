@@ -271,10 +271,14 @@ def _report(output: Output, results: Results, compared: FleetMatrix, *, matrix: 
 
 
 def _explained(record: FleetRecord, ending: RunEnding) -> FleetRecord:
-    """Return the record; the trouble of an incomplete run becomes the reasons that its records give."""
-    if isinstance(record, Ended) and record.trouble == INCOMPLETE:
-        return record._replace(trouble="; ".join(ending.reasons))
-    return record
+    """Return the record; its trouble becomes the reasons for it, and the commands that dropped the link."""
+    if not isinstance(record, Ended):
+        return record
+    trouble = "; ".join(ending.reasons) if record.trouble == INCOMPLETE else record.trouble
+    if ending.suspects:
+        dropped = f"the link dropped twice while {', then '.join(ending.suspects)} was in flight"
+        trouble = "; ".join(filter(None, (trouble, dropped)))
+    return record._replace(trouble=trouble)
 
 
 def _check(results: Results, *, resumable: bool) -> None:
