@@ -20,14 +20,10 @@ _STOPPED: Final = "it was stopped before everything was asked"
 
 
 class RunEnding:
-    """Collects the reasons why a run is incomplete.
-
-    Attributes:
-        suspects: the ids of commands that twice dropped the link, as ``0x13:0x10``.
-    """
+    """Collects the reasons why a run is incomplete, and the commands that dropped the link."""
 
     def __init__(self) -> None:
-        self.suspects: list[str] = []
+        self._suspects: list[str] = []
         self._generation: Generation | None = None
         self._reasons: set[str] = set()
 
@@ -44,7 +40,7 @@ class RunEnding:
         elif row.type == "finding" and data.get("note") == LOST:
             self._reasons.add(_LOST)
         elif row.type == "finding" and data.get("note") == SUSPECT:
-            self.suspects.append(pair(data))
+            self._suspects.append(pair(data))
         elif row.type == "finding" and self._is_unavailable(data):
             self._reasons.add(_UNAVAILABLE)
 
@@ -53,6 +49,15 @@ class RunEnding:
         """Why the run is incomplete, the most important reason first; without any other, it was stopped."""
         order = (_EXECUTED, _LOST, _GAVE_UP, _UNAVAILABLE)
         return tuple(reason for reason in order if reason in self._reasons) or (_STOPPED,)
+
+    @property
+    def dropped(self) -> str:
+        """At which commands the link dropped twice, empty if at none."""
+        return (
+            f"the link dropped twice while {', then '.join(self._suspects)} was in flight"
+            if self._suspects
+            else ""
+        )
 
     def message(self) -> str:
         """Return the reasons in one sentence."""

@@ -19,6 +19,7 @@ from tests.support.fake_bluez import (
     Peripheral,
     sphero_v2,
 )
+from tests.support.processes import rest_of
 
 PATIENCE = 60
 """Seconds for one run of the tool; far more than it needs."""
@@ -182,7 +183,7 @@ def test_a_robot_that_does_not_come_back_leaves_what_was_found(stage: Stage) -> 
         assert running.stdout
         seen = [running.stdout.readline() for _ in range(3)]
         bluez.remove(peripheral)
-        out, err = running.communicate(timeout=PATIENCE)
+        out, err = rest_of(running)
     assert running.returncode in (3, 4), err
     rows = objects("".join(seen) + out)
     assert rows[-1]["type"] == "summary"

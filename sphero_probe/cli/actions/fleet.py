@@ -274,11 +274,8 @@ def _explained(record: FleetRecord, ending: RunEnding) -> FleetRecord:
     """Return the record; its trouble becomes the reasons for it, and the commands that dropped the link."""
     if not isinstance(record, Ended):
         return record
-    trouble = "; ".join(ending.reasons) if record.trouble == INCOMPLETE else record.trouble
-    if ending.suspects:
-        dropped = f"the link dropped twice while {', then '.join(ending.suspects)} was in flight"
-        trouble = "; ".join(filter(None, (trouble, dropped)))
-    return record._replace(trouble=trouble)
+    troubles = ending.reasons if record.trouble == INCOMPLETE else (record.trouble,)
+    return record._replace(trouble="; ".join(filter(None, (*troubles, ending.dropped))))
 
 
 def _check(results: Results, *, resumable: bool) -> None:
