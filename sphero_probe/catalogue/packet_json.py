@@ -22,7 +22,7 @@ from sphero_probe.protocol.packets import (
 
 _COMMAND_USES: Final = (Use.COMMAND_TARGET, Use.COMMAND_SOURCE)
 _ANSWER_USES: Final = (Use.ANSWER_TARGET, Use.ANSWER_SOURCE)
-_USUAL: Final = ("seq", "fields", "payload", "raw")
+USUAL: Final = ("seq", "fields", "payload", "raw")
 """The keys that vary from packet to packet, where all is known and nothing is odd."""
 _SIMPLE: Final = ("seq", "payload", "raw")
 _new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
@@ -77,7 +77,7 @@ class _Header:
 
     Attributes:
         layout: of the payload, None where it is not known.
-        usual: the keys of packets that vary in ``_USUAL``.
+        usual: the keys of packets that vary in ``USUAL``.
     """
 
     def __init__(self, before: dict[str, object], after: dict[str, object], layout: Layout | None) -> None:
@@ -85,7 +85,7 @@ class _Header:
         self._before, self._after, self._fixed = before, after, before | after
         self._of: dict[tuple[str, ...], SharedKeys] = {}
         self.layout = layout
-        self.usual = self.keys(_USUAL)
+        self.usual = self.keys(USUAL)
 
     def keys(self, varying: tuple[str, ...]) -> SharedKeys:
         """Return the keys of packets that vary in these keys; ``seq``, if it is one, is the first."""
@@ -160,7 +160,7 @@ def packet_keys(
     if isinstance(packet, Notification):
         did, cid, payload, source, target, seq, flags = packet
         of_header: tuple[object, ...] = (generation, model, did, cid, source, target, flags)
-        stream = streams.decode(packet) if streams and streams.is_told else None
+        stream = streams.decode(packet) if streams and streams.is_set_up else None
     elif isinstance(packet, Response):
         seq, code, payload, did, cid, source, target, flags = packet
         of_header = (generation, model, did, cid, source, target, flags, code)

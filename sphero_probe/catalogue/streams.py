@@ -34,7 +34,7 @@ class StreamDecoder:
     (``observe``). Before the first of them, nothing is known to be streamed.
 
     Attributes:
-        is_told: the robot executed a command; before that, ``decode`` returns None.
+        is_set_up: some sensors are streamed; otherwise, ``decode`` returns None.
     """
 
     def __init__(self, generation: Generation, robot: Robot | None = None) -> None:
@@ -49,11 +49,10 @@ class StreamDecoder:
         self._masks = {WILDCARD: Masks()}
         self._configured: Configurations = {}
         self._asked: dict[int, Command] = {}
-        self.is_told = False
+        self.is_set_up = False
 
     def executed(self, command: Command) -> None:
         """Note that the robot executed a command; one that sets no masks or services changes nothing."""
-        self.is_told = True
         generation, node = self._codec.generation, node_of(command.target)
         told = {node: self._masks.get(node, self._masks[WILDCARD])} if node else self._masks
         self._masks |= {
@@ -61,6 +60,7 @@ class StreamDecoder:
         }
         if generation is Generation.V2:
             self._configured = configured_after(self._configured, command)
+        self.is_set_up = bool(self._configured) or any(any(masks) for masks in self._masks.values())
 
     def observe(self, packet: Packet) -> None:
         """Process a packet of recorded traffic, in the order in which the packets were sent.
@@ -89,11 +89,12 @@ class StreamDecoder:
             other notification, and where no sensor is known to be streamed.
         """
         generation = self._codec.generation
-        pair = (notification.did, notification.cid)
-        if pair == DELIVER and generation is Generation.V2:
+        if not may_stream(generation, notification):
+            return None
+        if (notification.did, notification.cid) == DELIVER:
             return delivered_fields(self._configured, notification.payload, notification.source)
         masks = self._masks_of(notification.source)
-        if pair != STREAM_IDS[generation] or not any(masks):
+        if not any(masks):
             return None
         decoded = streaming_fields(generation, masks, notification.payload, self._robot)
         return decoded if decoded.fields else None
@@ -105,3 +106,9 @@ class StreamDecoder:
             return self._masks.get(node, self._masks[WILDCARD])
         streaming = {masks for masks in self._masks.values() if any(masks)}
         return streaming.pop() if len(streaming) == 1 else Masks()
+
+
+def may_stream(generation: Generation, notification: Notification) -> bool:
+    """Whether a notification holds sensor values whose names depend on earlier commands."""
+    pair = (notification.did, notification.cid)
+    return pair == STREAM_IDS[generation] or (pair == DELIVER and generation is Generation.V2)

@@ -13,6 +13,7 @@ from sphero_probe.catalogue.dissection import Part
 from sphero_probe.catalogue.meaning import answer_meaning, request_fields
 from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, LedGroup, Robot
 from sphero_probe.catalogue.packet_json import SharedKeys, packet_keys
+from sphero_probe.catalogue.packet_reader import ReadPacket
 from sphero_probe.catalogue.proofs import PROVES
 from sphero_probe.catalogue.stream_plan import StreamColumn
 from sphero_probe.catalogue.streams import StreamDecoder
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from sphero_probe.probing.dry_run import PlannedProbe
     from sphero_probe.probing.facts import Fact
 
+_new: Final = tuple.__new__  # a NamedTuple's own __new__ costs twice as much
 UNKNOWN_SPHERO: Final = "unknown Sphero"
 """The model of a robot that has the services of a Sphero and an unknown name."""
 
@@ -176,7 +178,13 @@ def packet_row(
 ) -> Row:
     """Return the row of a packet; the arguments are those of ``packet_keys``."""
     keys, values = packet_keys(packet, generation, raw, robot, streams, raw_floats=raw_floats)
-    return tuple.__new__(Row, ("packet", None, keys, values))  # twice as fast as a NamedTuple's own
+    return _new(Row, ("packet", None, keys, values))
+
+
+def read_row(read: ReadPacket) -> Row:
+    """Return the row of a packet of a recording, as ``packet_row`` does."""
+    _, _, keys, values = read
+    return _new(Row, ("packet", None, keys, values))
 
 
 def command_row(command: CommandRow) -> Row:

@@ -172,6 +172,19 @@ class Layout:
         read = self._readers[length] = variant.fitting_reader if variant else self._misfit
         return read
 
+    def numbers_of(
+        self, length: int, *, raw_floats: bool = False
+    ) -> Callable[[bytes], dict[str, object]] | None:
+        """Return what reads payloads of this length, if they are nothing but numbers without units.
+
+        It returns the fields as ``decode`` does. None stands for any other payload.
+        """
+        variant = next((one for one in self.variants if one.accepts(length)), None)
+        numbers = numbers_reader(variant.fields) if variant else None
+        if numbers is None or numbers.units:
+            return None
+        return numbers.read_raw if raw_floats else numbers.read
+
     @cached_property
     def fitting_reader(self) -> Callable[[bytes, bool], Decoded]:
         """What decodes a payload whose length matches this one variant."""

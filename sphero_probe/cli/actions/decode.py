@@ -13,11 +13,10 @@ from sphero_probe.captures.reader import Capture, open_capture
 from sphero_probe.captures.source import Reads, Source
 from sphero_probe.captures.text import Unclear, is_text, logged_packets
 from sphero_probe.catalogue import ROBOTS, robot_by_word
-from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.dissection import dissect
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import choose
-from sphero_probe.catalogue.streams import StreamDecoder
+from sphero_probe.catalogue.packet_reader import PacketReader
 from sphero_probe.cli import hex_stream
 from sphero_probe.cli.bug_report import recording
 from sphero_probe.cli.captured import captured_rows
@@ -33,7 +32,7 @@ from sphero_probe.protocol.packets import Generation, Malformed, Packet, Role
 from sphero_probe.reports.captures import CAPTURED, placed
 from sphero_probe.reports.packet_views import BYTES
 from sphero_probe.reports.registry import Report
-from sphero_probe.reports.rows import Row, byte_row, packet_row
+from sphero_probe.reports.rows import Row, byte_row, read_row
 from sphero_probe.reports.views import PACKETS
 
 _TABLE_ROOM: Final = 1 << 17
@@ -193,28 +192,20 @@ def _rows(
     stream: Iterable[bytes], fixed: Generation | None, robot: Robot | None, shown: _Shown
 ) -> Iterator[_Found]:
     """Yield the packets of a stream of bytes."""
-    context = CaptureContext(robot)
-    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    reader = PacketReader(robot, raw_floats=shown.rounds)
     for spoken, heard in _packets(stream, fixed, shown):
-        packet = context.complete(spoken, heard)
-        raw = CODECS[spoken].frame_of(packet)
-        decoder = sensors[spoken]
-        decoder.observe(packet)
-        row = packet_row(packet, spoken, raw, robot, decoder, raw_floats=shown.rounds)
-        yield tuple.__new__(_Found, (spoken, packet, raw, row))  # twice as fast as a NamedTuple's own
+        read = reader.read(spoken, heard)
+        packet, raw, _, _ = read
+        yield tuple.__new__(_Found, (spoken, packet, raw, read_row(read)))  # quicker than its own __new__
 
 
 def _text_rows(text: _Text, fixed: Generation | None, robot: Robot | None, shown: _Shown) -> Iterator[_Found]:
     """Yield the packets of a text."""
-    context = CaptureContext(robot)
-    sensors = {spoken: StreamDecoder(spoken, robot) for spoken in CODECS}
+    reader = PacketReader(robot)
     for time, to_robot, spoken, heard in logged_packets(text.lines, fixed, text.unclear):
-        packet = context.complete(spoken, heard)
-        raw = CODECS[spoken].frame_of(packet)
-        shown.total += len(raw)
-        sensors[spoken].observe(packet)
-        row = placed(packet_row(packet, spoken, raw, robot, sensors[spoken]), time, to_robot)
-        yield _Found(spoken, packet, raw, row)
+        read = reader.read(spoken, heard)
+        shown.total += len(read.raw)
+        yield _Found(spoken, read.packet, read.raw, placed(read_row(read), time, to_robot))
 
 
 def _packets(
