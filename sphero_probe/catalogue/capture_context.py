@@ -28,6 +28,8 @@ class CaptureContext:
         """
         if isinstance(packet, Notification):  # most packets of a stream
             return self._complete_unsolicited(generation, packet)
+        if isinstance(packet, Response) and packet.did is not None:
+            return packet
         match packet:
             case Request(command=command, seq=seq) if generation is Generation.V1:
                 if packet.wants_answer:

@@ -69,6 +69,8 @@ class StreamDecoder:
         """
         if isinstance(packet, Notification):  # most packets of a stream
             return
+        if isinstance(packet, Response) and packet.seq not in self._asked:
+            return
         match packet:
             case Request(command=command, seq=seq, wants_answer=True):
                 self._asked[seq] = command

@@ -65,14 +65,12 @@ def fields(data: Data) -> str:
     values, units = data.get("fields"), data.get("units")
     if not isinstance(values, dict):
         return ""
-    units = units if isinstance(units, dict) else {}
-    payload = shown(data.get("payload"))
-    words = []
-    for name, value in values.items():
-        text = _field_value(name, value, payload)
-        unit = shown(units.get(name)) if units else ""
-        words.append(f"{name} {text}" if text and not unit else " ".join(filter(None, (name, text, unit))))
-    return ", ".join(words)
+    payload = data.get("payload")
+    held = payload if isinstance(payload, str) else ""
+    texts = [(name, _field_value(name, value, held)) for name, value in values.items()]
+    if not units or not isinstance(units, dict):  # most packets of a stream
+        return ", ".join([f"{name} {text}" if name and text else name or text for name, text in texts])
+    return ", ".join([" ".join(filter(None, (name, text, shown(units.get(name))))) for name, text in texts])
 
 
 @lru_cache(maxsize=64)

@@ -62,7 +62,10 @@ def _longer(value: float, scale: float, half: float) -> float | str:
 
 def all_raw(packed: bytes) -> list[float]:
     """Return each big-endian 32-bit float in these bytes, as a 64-bit float."""
-    return [value for (value,) in _SINGLE.iter_unpack(packed)]
+    count = len(packed) // _SINGLE.size
+    if count > _MOST:
+        return [value for (value,) in _SINGLE.iter_unpack(packed)]
+    return [*_readers(count)[0].unpack(packed)]
 
 
 @lru_cache(maxsize=_MOST + 1)
