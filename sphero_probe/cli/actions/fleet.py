@@ -4,14 +4,13 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import aclosing
-from pathlib import Path
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.actions.discover import plan_of as discovery_plan
 from sphero_probe.cli.actions.led import wanted_leds
 from sphero_probe.cli.actions.sweep import SweepOptions
-from sphero_probe.cli.actions.sweep import plan_of as sweep_plan
+from sphero_probe.cli.fleet_plans import ANY, sweep_plans
 from sphero_probe.cli.fleet_progress import fleet_progress
 from sphero_probe.cli.fleet_robots import chosen_robots, fleet_for
 from sphero_probe.cli.messages import warn
@@ -32,13 +31,10 @@ from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.finding import Finding, Heading, Note, Summary
 from sphero_probe.probing.plan import Plan
-from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.fleet import FLEET, FleetMatrix, robot_result_row
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.runs.resume import RunJournal
-from sphero_probe.transports.base import BLE_PORT
 
-_ANY: Final = Subject(Generation.V2, None, BLE_PORT, None)
 _NAMED: Final = 4
 """Robots that the last message names."""
 
@@ -101,19 +97,7 @@ def fleet_sweep(
     Raises:
         SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
     """
-    if options.plan and Path(options.plan).is_file():  # workers run in other folders
-        options = options._replace(plan=str(Path(options.plan).absolute()))
-    made: dict[Generation, tuple[Plan, dict[str, str]]] = {}
-
-    def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
-        if options.plan:  # a file may make another plan for each robot
-            return sweep_plan(*subject[:3], options)
-        if subject.generation not in made:  # robots share the probes of a range
-            made[subject.generation] = sweep_plan(*subject[:3], options)
-        return made[subject.generation]
-
-    plan_for(_ANY)  # a mistake in the options shows before anything is connected
-    action = PlanAction("sweep", plan_for, asking.target)
+    action = PlanAction("sweep", sweep_plans(options), asking.target)
     run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
 
 
@@ -143,7 +127,7 @@ def fleet_discover(
     def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
         return discovery_plan(subject.generation, subject.target, dict(options)), dict(options)
 
-    plan_for(_ANY)
+    plan_for(ANY)  # a mistake in the options shows before anything is connected
     action = PlanAction("discover", plan_for, asking.target)
     run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
 

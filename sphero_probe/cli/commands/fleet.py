@@ -67,6 +67,7 @@ def sweep(
     cid: str | None,
     plan: str | None,
     payload: str | None,
+    capture: str | None,
     *,
     matrix: bool,
 ) -> None:
@@ -79,7 +80,8 @@ def sweep(
     from sphero_probe.cli.actions.fleet import fleet_sweep
     from sphero_probe.cli.actions.sweep import SweepOptions
 
-    fleet_sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload), matrix=matrix)
+    options = SweepOptions(did, cid, plan, payload, capture)
+    fleet_sweep(output, journal, connecting, asking, options, matrix=matrix)
 
 
 @command.command("discover", cls=StrictCommand)
