@@ -12,6 +12,7 @@ from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.gathered import Function, gather
 from sphero_probe.cli.options import ALLOW, CONNECT_TIMEOUT, TARGET, TIMEOUT, TOLERATE, seconds_option
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions
+from sphero_probe.errors import UsageError
 
 _SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:]+\]|[A-Za-z0-9._-]+):[0-9]{1,5}")
 
@@ -110,11 +111,23 @@ def robots_options(function: Function) -> Function:
         ),
         CONNECT_TIMEOUT,
         TOLERATE,
+        click.option("--capture", "no_capture", hidden=True, expose_value=False, callback=_refuse_capture),
     )
 
 
-def fleet_asking_options(function: Function) -> Function:
-    """Give a command ``--target``, ``--timeout``, ``--allow`` and ``--confirm``; it gets ``asking``."""
+def fleet_asking_options(function: Function, *, dry_run: bool = True) -> Function:
+    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``.
+
+    Args:
+        function: the command.
+        dry_run: with ``--dry-run``.
+    """
+    drily = click.option(
+        "--dry-run",
+        "asking_dry_run",
+        is_flag=True,
+        help="Print how much would be sent to each robot and what is blocked; send nothing.",
+    )
     return gather(
         function,
         "asking",
@@ -129,6 +142,7 @@ def fleet_asking_options(function: Function) -> Function:
             metavar="NAME",
             help="A robot's name, to allow the class brick on it; repeat it for each robot.",
         ),
+        *((drily,) if dry_run else ()),
     )
 
 
@@ -158,6 +172,19 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str) -> 
     if value and not _SCHEDULER.fullmatch(value):
         raise click.BadParameter(f"'{value}' is no address; write it like tcp://127.0.0.1:8786", ctx, param)
     return value
+
+
+def _refuse_capture(_ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
+    """Say what to do instead: a file of frames has one conversation.
+
+    Raises:
+        UsageError: the option is given.
+    """
+    if value is not None:
+        raise UsageError(
+            "--capture writes the frames of one robot, and a fleet has many",
+            "after a run, for each robot: sphero-probe capture convert RUN -o FILE",
+        )
 
 
 def _check_devices(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> Any:

@@ -182,6 +182,7 @@ def test_brick_is_confirmed_by_the_name_of_each_robot(cli: Cli, tmp_path: Path) 
         (("sweep", *devices(ONE)), 2, "nothing to sweep"),
         (("sweep", "--did", "0x13", "--resume", "--no-journal", *devices(ONE)), 2, "exclude each other"),
         (("health", "--robots", "no-such.toml"), 8, "no such file"),
+        (("sweep", "--did", "0x13", *devices(ONE), "--capture", "x"), 2, "the frames of one robot"),
         (("health", *devices(" ")), 2, "a name is empty"),
         (("health", "--per-adapter", "0", *devices(ONE)), 2, "--per-adapter"),
         (("scan", "--save", "class.txt", "--timeout", "0.1"), 10, ".toml or .csv"),

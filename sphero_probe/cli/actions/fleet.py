@@ -4,12 +4,13 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import aclosing
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.actions.discover import plan_of as discovery_plan
 from sphero_probe.cli.actions.led import wanted_leds
 from sphero_probe.cli.actions.sweep import SweepOptions
+from sphero_probe.cli.fleet_dry_run import listed_troubles, show_fleet_dry_run
 from sphero_probe.cli.fleet_plans import ANY, sweep_plans
 from sphero_probe.cli.fleet_progress import fleet_progress
 from sphero_probe.cli.fleet_robots import chosen_robots, fleet_for
@@ -18,7 +19,7 @@ from sphero_probe.cli.output import report
 from sphero_probe.cli.run import row_of
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
-from sphero_probe.errors import IncompleteError, RefusedByPolicyError
+from sphero_probe.errors import IncompleteError, RefusedByPolicyError, UsageError
 from sphero_probe.fleet.action import Action
 from sphero_probe.fleet.health import HealthAction
 from sphero_probe.fleet.lights import LedAction, colours_of
@@ -34,9 +35,6 @@ from sphero_probe.probing.plan import Plan
 from sphero_probe.reports.fleet import FLEET, FleetMatrix, robot_result_row
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.runs.resume import RunJournal
-
-_NAMED: Final = 4
-"""Robots that the last message names."""
 
 Results = dict[str, RobotResult]
 """Robot name -> its result, in the order of the fleet."""
@@ -98,7 +96,7 @@ def fleet_sweep(
         SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
     """
     action = PlanAction("sweep", sweep_plans(options), asking.target)
-    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+    _run_plan(output, journal, connecting, asking, action, matrix=matrix)
 
 
 def fleet_discover(
@@ -129,7 +127,32 @@ def fleet_discover(
 
     plan_for(ANY)  # a mistake in the options shows before anything is connected
     action = PlanAction("discover", plan_for, asking.target)
-    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+    _run_plan(output, journal, connecting, asking, action, matrix=matrix)
+
+
+def _run_plan(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    action: PlanAction,
+    *,
+    matrix: bool,
+) -> None:
+    """Run a plan on each robot, or show what it would send.
+
+    Raises:
+        SpheroProbeError: as ``run_fleet`` and ``show_fleet_dry_run`` do.
+    """
+    if not asking.dry_run:
+        asked = Asked(
+            *(lambda _: action, _consent(asking), asking.timeout, journal), compare=True, matrix=matrix
+        )
+        run_fleet(output, connecting, asked)
+        return
+    if journal.resume or matrix:
+        raise UsageError(f"--dry-run cannot be combined with {'--resume' if journal.resume else '--matrix'}")
+    show_fleet_dry_run(output, connecting, action, _consent(asking))
 
 
 def fleet_led(
@@ -228,12 +251,6 @@ def run_fleet(
     _check(results, resumable=asked.compare and not asked.journal.off)
 
 
-def _asked(
-    action: PlanAction, asking: FleetAskOptions, journal: FleetJournalOptions, *, matrix: bool
-) -> Asked:
-    return Asked(*(lambda _: action, _consent(asking), asking.timeout, journal), compare=True, matrix=matrix)
-
-
 def _consent(asking: FleetAskOptions, *also: Risk) -> FleetConsent:
     return FleetConsent(Consent.of(asking.allow, "", *also).allowed, frozenset(asking.confirm))
 
@@ -274,9 +291,7 @@ def _check(results: Results, *, resumable: bool) -> None:
         return
     refused = [(name, end) for name, end in troubled if end.status is Status.REFUSED]
     many = f"{len(refused or troubled)} of {len(results)} robots"
-    named = [f"{name} ({end.trouble})" for name, end in (refused or troubled)[:_NAMED]]
-    more = [f"and {len(refused or troubled) - _NAMED} more"] if len(refused or troubled) > _NAMED else []
-    listed = ", ".join((*named, *more))
+    listed = listed_troubles([(name, end.trouble) for name, end in refused or troubled])
     if refused:
         raise RefusedByPolicyError(f"{many} refused: {listed}", refused[0][1].hint)
     hint = "to finish what can be finished, repeat the command with --resume" if resumable else ""

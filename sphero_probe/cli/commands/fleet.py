@@ -143,7 +143,7 @@ def evidence(output: Output, connecting: FleetConnectOptions, folder: str | None
 
 @command.command("led", cls=StrictCommand)
 @led_options
-@fleet_asking_options
+@partial(fleet_asking_options, dry_run=False)
 @robots_options
 @partial(fleet_journal_options, resume=False)
 @output_options
