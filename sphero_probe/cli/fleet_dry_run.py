@@ -1,33 +1,38 @@
 """Shows what a plan would send to each robot of a fleet, without connecting to any."""
 
-from collections.abc import Iterable, Sequence
-from typing import Final
+from collections.abc import Callable, Iterable, Sequence
 
 from sphero_probe.cli.dry_run import count_of, say_dry_run, what_follows
 from sphero_probe.cli.fleet_robots import chosen_robots
+from sphero_probe.cli.fleet_troubles import listed_troubles
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.output import report
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import FleetConnectOptions, Output
 from sphero_probe.errors import IncompleteError, RefusedByPolicyError
-from sphero_probe.fleet.dry_run import PlannedRobot, planned_fleet
+from sphero_probe.fleet.dry_run import PlannedRobot, Planner, planned_fleet
 from sphero_probe.fleet.on_robot import FleetConsent
-from sphero_probe.fleet.plans import PlanAction
+from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.reports.fleet_planned import FLEET_PLANNED, planned_robot_row, withheld_rows
 
-_NAMED: Final = 4
-"""Robots that a message names."""
+PlannerFor = Callable[[Sequence[FleetRobot]], Planner]
+"""Makes the action, once the robots are known."""
 
 
 def show_fleet_dry_run(
-    output: Output, connecting: FleetConnectOptions, action: PlanAction, consent: FleetConsent
+    command: str,
+    output: Output,
+    connecting: FleetConnectOptions,
+    action_for: PlannerFor,
+    consent: FleetConsent,
 ) -> None:
     """Show how many probes each robot would get and which are blocked; ``--all`` scans for the robots.
 
     Args:
+        command: the name of the single command that does the same.
         output: where and how to print.
         connecting: which robots.
-        action: makes the plan.
+        action_for: makes the action.
         consent: what is allowed.
 
     Raises:
@@ -38,28 +43,18 @@ def show_fleet_dry_run(
     planned: list[PlannedRobot] = []
 
     async def plan() -> None:
-        planned.extend(planned_fleet(await chosen_robots(connecting), action, consent))
+        robots = await chosen_robots(connecting)
+        planned.extend(planned_fleet(robots, action_for(robots), consent))
 
-    say_dry_run("each robot")
     run_interruptible(Interrupts(), plan())
+    say_dry_run("each robot")
     with report(output, FLEET_PLANNED) as rows:
         for one in planned:
             rows.add(planned_robot_row(one))
         for row in withheld_rows(planned):
             rows.add(row)
-    _say_total(planned, action.command)
+    _say_total(planned, command)
     _check(planned)
-
-
-def listed_troubles(troubles: Sequence[tuple[str, str]]) -> str:
-    """Return the first robots with their troubles, and how many more there are.
-
-    Args:
-        troubles: the name and the trouble of each.
-    """
-    named = [f"{name} ({trouble})" for name, trouble in troubles[:_NAMED]]
-    more = [f"and {len(troubles) - _NAMED} more"] if len(troubles) > _NAMED else []
-    return ", ".join((*named, *more))
 
 
 def _say_total(planned: Iterable[PlannedRobot], command: str) -> None:
@@ -75,19 +70,18 @@ def _say_total(planned: Iterable[PlannedRobot], command: str) -> None:
 
 
 def _check(planned: Sequence[PlannedRobot]) -> None:
-    """Check that a run would begin on every robot.
+    """Check that a run would begin on every robot, as far as its model is known.
 
     Raises:
         RefusedByPolicyError: a robot would be refused.
         IncompleteError: the plan cannot be made for another one.
     """
-    errors = [(one.robot.name, one.error) for one in planned if one.error]
-    refused = [(name, error) for name, error in errors if isinstance(error, RefusedByPolicyError)]
+    errors = [(one.robot.name, one.error) for one in planned if one.error and one.subject.robot]
     if not errors:
         return
+    refused = [(name, error) for name, error in errors if isinstance(error, RefusedByPolicyError)]
     listed = listed_troubles([(name, str(error)) for name, error in refused or errors])
     kind = RefusedByPolicyError if refused else IncompleteError
     what = "would be refused" if refused else "cannot be asked"
-    raise kind(
-        f"{len(refused or errors)} of {len(planned)} robots {what}: {listed}", (refused or errors)[0][1].hint
-    )
+    many = f"{len(refused or errors)} of {len(planned)} robots"
+    raise kind(f"{many} {what}: {listed}", (refused or errors)[0][1].hint)

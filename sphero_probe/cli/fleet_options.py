@@ -111,23 +111,24 @@ def robots_options(function: Function) -> Function:
         ),
         CONNECT_TIMEOUT,
         TOLERATE,
-        click.option("--capture", "no_capture", hidden=True, expose_value=False, callback=_refuse_capture),
+        _refused(
+            "--capture",
+            "a capture holds the frames of one robot, and a fleet has many",
+            "after a run, for each robot: sphero-probe capture convert RUN -o FILE",
+        ),
     )
 
 
-def fleet_asking_options(function: Function, *, dry_run: bool = True) -> Function:
-    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``.
+FLEET_DRY_RUN: Final = click.option(
+    "--dry-run",
+    "asking_dry_run",
+    is_flag=True,
+    help="Print how much would be sent to each robot and what is blocked; send nothing.",
+)
 
-    Args:
-        function: the command.
-        dry_run: with ``--dry-run``.
-    """
-    drily = click.option(
-        "--dry-run",
-        "asking_dry_run",
-        is_flag=True,
-        help="Print how much would be sent to each robot and what is blocked; send nothing.",
-    )
+
+def fleet_asking_options(function: Function) -> Function:
+    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``."""
     return gather(
         function,
         "asking",
@@ -142,7 +143,7 @@ def fleet_asking_options(function: Function, *, dry_run: bool = True) -> Functio
             metavar="NAME",
             help="A robot's name, to allow the class brick on it; repeat it for each robot.",
         ),
-        *((drily,) if dry_run else ()),
+        FLEET_DRY_RUN,
     )
 
 
@@ -165,6 +166,11 @@ def fleet_journal_options(function: Function, *, resume: bool = True) -> Functio
         FleetJournalOptions.checked,
         *((resuming,) if resume else ()),
         click.option("--no-journal", "journal_off", is_flag=True, help="Write no journals."),
+        _refused(
+            "--journal",
+            "each robot of a fleet keeps a journal of its own",
+            "sphero-probe runs lists them; sphero-probe runs export writes them to one file",
+        ),
     )
 
 
@@ -174,17 +180,21 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str) -> 
     return value
 
 
-def _refuse_capture(_ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
-    """Say what to do instead: a file of frames has one conversation.
+def _refused(option: str, why: str, instead: str) -> Function:
+    """Return a hidden option of the single command that says what a fleet has instead.
 
-    Raises:
-        UsageError: the option is given.
+    Args:
+        option: as it is typed.
+        why: a fleet does not have it.
+        instead: what to do.
     """
-    if value is not None:
-        raise UsageError(
-            "--capture writes the frames of one robot, and a fleet has many",
-            "after a run, for each robot: sphero-probe capture convert RUN -o FILE",
-        )
+
+    def refuse(_ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise UsageError(f"{option}: {why}", instead)
+
+    name = f"no_{option.removeprefix('--')}"
+    return click.option(option, name, hidden=True, expose_value=False, callback=refuse)
 
 
 def _check_devices(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> Any:

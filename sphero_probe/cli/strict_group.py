@@ -1,4 +1,4 @@
-"""A group that is a command of its own where no subcommand is named."""
+"""Groups that say where an option belongs; one is a command of its own where no subcommand is named."""
 
 import click
 from click.core import ParameterSource
@@ -13,6 +13,29 @@ class StrictGroup(StrictCommand, click.Group):
         """Write the options, then the subcommands."""
         StrictCommand.format_options(self, ctx, formatter)
         self.format_commands(ctx, formatter)
+
+
+class OptionlessGroup(click.Group):
+    """A group that says of an option of its subcommands that it stands after them."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line.
+
+        Raises:
+            UsageError: an option of a subcommand stands before it, or is not known at all.
+        """
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            known = {
+                name for command in self.commands.values() for one in command.params for name in one.opts
+            }
+            if error.option_name not in known:
+                raise
+            example = f"{ctx.command_path} {next(iter(self.commands))} {error.option_name}"
+            raise click.UsageError(
+                f"write {error.option_name} after the subcommand: {example}", ctx
+            ) from error
 
 
 def refuse_options(ctx: click.Context) -> None:

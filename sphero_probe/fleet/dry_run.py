@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.errors import SpheroProbeError
+from sphero_probe.errors import RefusedByPolicyError, SpheroProbeError, UsageError
 from sphero_probe.fleet.on_robot import FleetConsent
-from sphero_probe.fleet.plans import PlanAction, Subject
+from sphero_probe.fleet.plans import Subject
 from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.dry_run import PlannedProbe, planned_probes
@@ -21,6 +21,25 @@ from sphero_probe.session.addressing import (
 )
 from sphero_probe.session.commands import node
 from sphero_probe.transports.registry import DeviceAddress
+
+_UNKNOWN: Final = "it depends on the model, which is known once the robot is connected"
+
+
+class Planner(Protocol):
+    """An action of which it is known before what it sends, at least to begin with."""
+
+    @property
+    def target(self) -> str | None:
+        """The node as typed, None for each robot's usual one."""
+        ...
+
+    def plan_on(self, robot: FleetRobot, subject: Subject) -> Plan:
+        """Return the plan for one robot.
+
+        Raises:
+            SpheroProbeError: there is none for this robot.
+        """
+        ...
 
 
 class Planned(NamedTuple):
@@ -54,20 +73,20 @@ class PlannedRobot(NamedTuple):
 
 
 def planned_fleet(
-    robots: Iterable[FleetRobot], action: PlanAction, consent: FleetConsent
+    robots: Iterable[FleetRobot], action: Planner, consent: FleetConsent
 ) -> Iterator[PlannedRobot]:
-    """Yield what a plan would send to each robot; robots that are asked the same share one result.
+    """Yield what an action would send to each robot; robots that are asked the same share one result.
 
     Args:
         robots: in the order of the report.
-        action: makes the plan.
+        action: makes the plans.
         consent: what may be sent.
 
     Raises:
         UsageError: an address is not valid.
         BadInputFileError: the file of a ``replay:`` address cannot be used.
     """
-    made: dict[tuple[object, ...], Planned] = {}
+    made: dict[tuple[object, ...], tuple[Plan, Planned]] = {}
     for robot in robots:
         name, subject = _subject_of(robot)
         try:
@@ -75,14 +94,17 @@ def planned_fleet(
             # Without a name to compare, a dry run shows what the class brick is needed for.
             compares = name and consent.confirmed
             allowed = consent.for_robot(name) if compares else Consent(consent.allowed)
-            generation, model, port, target = subject
-            key = (generation, model.key if model else "", port, target, allowed)
-            if key not in made:
-                plan, _ = action.plan_for(subject)
-                made[key] = _planned(plan, subject, allowed, name)
-            yield PlannedRobot(robot, subject, made[key])
-        except SpheroProbeError as error:
+            plan = action.plan_on(robot, subject)
+            model = subject.robot.key if subject.robot else ""
+            key = (id(plan), model, subject.port, subject.target, allowed)
+            if key not in made:  # with the plan, as its id is taken only as long as it is kept
+                made[key] = plan, _planned(plan, subject, allowed, name)
+            yield PlannedRobot(robot, subject, made[key][1])
+        except RefusedByPolicyError as error:
             yield PlannedRobot(robot, subject, error=error)
+        except SpheroProbeError as error:
+            known = subject.robot is not None
+            yield PlannedRobot(robot, subject, error=error if known else UsageError(_UNKNOWN))
 
 
 def _subject_of(robot: FleetRobot) -> tuple[str, Subject]:

@@ -41,6 +41,7 @@ def withheld(ran: Ran) -> Counter[tuple[str, int, int, str]]:
         pytest.param(("sweep", "--plan", "self_description"), id="plan"),
         pytest.param(("sweep", "--did", "0x13", "--payload", ""), id="payload"),
         pytest.param(("discover", "--lengths"), id="discover"),
+        pytest.param(("led", "--off"), id="led"),
     ],
 )
 def test_it_says_of_each_robot_what_a_dry_run_of_that_robot_says(cli: Cli, asked: tuple[str, ...]) -> None:
@@ -58,6 +59,28 @@ def test_it_says_of_each_robot_what_a_dry_run_of_that_robot_says(cli: Cli, asked
             (row["name"], probe["did"], probe["cid"], probe["risk"]) for probe in probes if probe["withheld"]
         )
     assert withheld(ran) == blocked
+
+
+def test_each_robot_would_be_lit(cli: Cli) -> None:
+    asked = ("fleet", "led", "--dry-run", "--format", "jsonl")
+    ran = cli(*asked, *devices("fake:bolt", "fake:rvr", "AA:BB:CC:DD:EE:FF"))
+    assert ran.code == 0, ran.err
+    assert [row["sent"] for row in planned(ran).values()] == [{"write": 1}, {"write": 1}, {}]
+    assert "known once the robot is connected" in planned(ran)["AA:BB:CC:DD:EE:FF"]["trouble"]
+    ran = cli(*asked, "--led", "left_headlight=00f", *devices("fake:bolt", "fake:rvr"))
+    assert (ran.code, "1 of 2 robots cannot be asked: fake:bolt (no LED" in ran.err) == (5, True)
+
+
+def test_evidence_of_each_robot_is_planned(cli: Cli, tmp_path: Path) -> None:
+    folder = ("--folder", str(tmp_path / "new"))
+    ran = cli(
+        "fleet", "evidence", *devices("fake:bolt", "fake:bb8"), *folder, "--dry-run", "--format", "jsonl"
+    )
+    assert ran.code == 0, ran.err
+    for device, row in planned(ran).items():
+        alone = cli("evidence", "--device", device, "--dry-run").out.splitlines()
+        assert row["sent"] == Counter(line.split("\t")[5] for line in alone)
+    assert not (tmp_path / "new").exists()
 
 
 def test_it_touches_nothing(cli: Cli, tmp_path: Path) -> None:

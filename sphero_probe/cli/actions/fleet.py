@@ -10,22 +10,23 @@ from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.actions.discover import plan_of as discovery_plan
 from sphero_probe.cli.actions.led import wanted_leds
 from sphero_probe.cli.actions.sweep import SweepOptions
-from sphero_probe.cli.fleet_dry_run import listed_troubles, show_fleet_dry_run
+from sphero_probe.cli.fleet_dry_run import show_fleet_dry_run
 from sphero_probe.cli.fleet_plans import ANY, sweep_plans
 from sphero_probe.cli.fleet_progress import fleet_progress
 from sphero_probe.cli.fleet_robots import chosen_robots, fleet_for
-from sphero_probe.cli.messages import warn
+from sphero_probe.cli.fleet_troubles import RESUME, check_results
+from sphero_probe.cli.messages import say, warn
 from sphero_probe.cli.output import report
 from sphero_probe.cli.run import row_of
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
-from sphero_probe.errors import IncompleteError, RefusedByPolicyError, UsageError
+from sphero_probe.errors import InterruptedRunError, UsageError
 from sphero_probe.fleet.action import Action
 from sphero_probe.fleet.health import HealthAction
 from sphero_probe.fleet.lights import LedAction, colours_of
 from sphero_probe.fleet.on_robot import FleetConsent, RobotOptions
 from sphero_probe.fleet.plans import INCOMPLETE, PlanAction, Subject
-from sphero_probe.fleet.records import Ended, FleetRecord, Status
+from sphero_probe.fleet.records import Ended, FleetRecord
 from sphero_probe.fleet.results import RobotResult
 from sphero_probe.fleet.resume import EarlierRun, earlier_runs
 from sphero_probe.fleet.robots import FleetRobot
@@ -152,7 +153,7 @@ def _run_plan(
         return
     if journal.resume or matrix:
         raise UsageError(f"--dry-run cannot be combined with {'--resume' if journal.resume else '--matrix'}")
-    show_fleet_dry_run(output, connecting, action, _consent(asking))
+    show_fleet_dry_run(action.command, output, connecting, lambda _: action, _consent(asking))
 
 
 def fleet_led(
@@ -183,12 +184,15 @@ def fleet_led(
     """
     wanted = wanted_leds(front, back, leds)
 
-    def action_for(robots: Sequence[FleetRobot]) -> Action:
+    def action_for(robots: Sequence[FleetRobot]) -> LedAction:
         colours = None if wanted or off else colours_of(robots)
         return LedAction(colours, wanted, off, asking.target)
 
-    asked = Asked(action_for, _consent(asking, Risk.WRITE), asking.timeout, journal)
-    run_fleet(output, connecting, asked)
+    consent = _consent(asking, Risk.WRITE)
+    if asking.dry_run:
+        show_fleet_dry_run("led", output, connecting, action_for, consent)
+        return
+    run_fleet(output, connecting, Asked(action_for, consent, asking.timeout, journal))
 
 
 def run_fleet(
@@ -243,12 +247,17 @@ def run_fleet(
                     results[name].add(_explained(record, endings[name]))
                     show(results[name])
 
+    resumable = asked.compare and not asked.journal.off
     try:
         run_interruptible(interrupts, work())
+    except InterruptedRunError:
+        if resumable and any(result.reached for result in results.values()):
+            say(RESUME)
+        raise
     finally:
         if results:
             _report(output, results, compared, matrix=asked.matrix)
-    _check(results, resumable=asked.compare and not asked.journal.off)
+    check_results(results, resumable=resumable)
 
 
 def _consent(asking: FleetAskOptions, *also: Risk) -> FleetConsent:
@@ -276,23 +285,3 @@ def _explained(record: FleetRecord, ending: RunEnding) -> FleetRecord:
     if isinstance(record, Ended) and record.trouble == INCOMPLETE:
         return record._replace(trouble="; ".join(ending.reasons))
     return record
-
-
-def _check(results: Results, *, resumable: bool) -> None:
-    """Check that every robot is done.
-
-    Raises:
-        RefusedByPolicyError: a robot was refused.
-        IncompleteError: another one has no complete result.
-    """
-    ended = [(result.name, result.ended) for result in results.values() if result.ended]
-    troubled = [(name, end) for name, end in ended if end.status is not Status.DONE]
-    if not troubled:
-        return
-    refused = [(name, end) for name, end in troubled if end.status is Status.REFUSED]
-    many = f"{len(refused or troubled)} of {len(results)} robots"
-    listed = listed_troubles([(name, end.trouble) for name, end in refused or troubled])
-    if refused:
-        raise RefusedByPolicyError(f"{many} refused: {listed}", refused[0][1].hint)
-    hint = "to finish what can be finished, repeat the command with --resume" if resumable else ""
-    raise IncompleteError(f"{many} without a complete result: {listed}", hint or troubled[0][1].hint)

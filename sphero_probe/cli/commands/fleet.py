@@ -7,6 +7,7 @@ import click
 
 from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.fleet_options import (
+    FLEET_DRY_RUN,
     adapters_option,
     devices_option,
     fleet_asking_options,
@@ -17,6 +18,7 @@ from sphero_probe.cli.fleet_options import (
 )
 from sphero_probe.cli.options import output_options, seconds_option
 from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.strict_group import OptionlessGroup
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
 from sphero_probe.cli.what_options import led_options, range_options
 
@@ -26,7 +28,7 @@ _matrix = click.option(
 )
 
 
-@click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("fleet", cls=OptionlessGroup, context_settings={"help_option_names": ["-h", "--help"]})
 def command() -> None:
     """Run one action on many robots at once, and compare them.
 
@@ -129,21 +131,29 @@ def discover(
     most=3600,
     about="At the end, send nothing for this long, to see when each robot sleeps.",
 )
+@FLEET_DRY_RUN
 @robots_options
 @output_options
-def evidence(output: Output, connecting: FleetConnectOptions, folder: str | None, idle: float | None) -> None:
+def evidence(
+    output: Output,
+    connecting: FleetConnectOptions,
+    folder: str | None,
+    idle: float | None,
+    *,
+    asking_dry_run: bool,
+) -> None:
     """Collect evidence on each robot, under the same rules as the command evidence.
 
     Example: sphero-probe fleet evidence --device fake:bolt-plus --device fake:rvr
     """
     from sphero_probe.cli.actions.fleet_evidence import fleet_evidence
 
-    fleet_evidence(output, connecting, folder, idle)
+    fleet_evidence(output, connecting, folder, idle, dry_run=asking_dry_run)
 
 
 @command.command("led", cls=StrictCommand)
 @led_options
-@partial(fleet_asking_options, dry_run=False)
+@fleet_asking_options
 @robots_options
 @partial(fleet_journal_options, resume=False)
 @output_options
