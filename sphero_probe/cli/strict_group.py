@@ -27,15 +27,16 @@ class OptionlessGroup(click.Group):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            known = {
-                name for command in self.commands.values() for one in command.params for name in one.opts
-            }
-            if error.option_name not in known:
+            option = error.option_name
+            owners = [
+                name
+                for name, command in self.commands.items()
+                if any(option in param.opts for param in command.params)
+            ]
+            if not owners:
                 raise
-            example = f"{ctx.command_path} {next(iter(self.commands))} {error.option_name}"
-            raise click.UsageError(
-                f"write {error.option_name} after the subcommand: {example}", ctx
-            ) from error
+            example = f"{ctx.command_path} {owners[0]} {option}"
+            raise click.UsageError(f"write {option} after the subcommand: {example}", ctx) from error
 
 
 def refuse_options(ctx: click.Context) -> None:

@@ -185,6 +185,11 @@ def test_brick_is_confirmed_by_the_name_of_each_robot(cli: Cli, tmp_path: Path) 
         (("sweep", "--did", "0x13", *devices(ONE), "--capture", "x"), 2, "the frames of one robot"),
         (("discover", *devices(ONE), "--journal", "x"), 2, "keeps a journal of its own"),
         (("--device", ONE, "sweep", "--did", "0x13"), 2, "write --device after the subcommand"),
+        (
+            ("--matrix", "sweep", "--did", "0x13"),
+            2,
+            "after the subcommand: sphero-probe fleet sweep --matrix",
+        ),
         (("--devices", ONE, "sweep"), 2, "No such option '--devices'"),
         (("sweep", "0x13", *devices(ONE)), 2, "write --did 0x13"),
         (("sweep", "--did", "0x13", ONE), 2, "unexpected extra argument"),
