@@ -5,6 +5,10 @@ from typing import Any
 
 import pytest
 
+from sphero_probe.cli.actions.sweep import SweepOptions
+from sphero_probe.cli.fleet_plans import ANY, sweep_plans
+from sphero_probe.fleet.plans import PlanAction
+from sphero_probe.protocol.packets import Generation
 from tests.support.captures import CAPTURES
 from tests.support.cli import Cli, objects
 
@@ -61,6 +65,18 @@ def test_each_robot_is_asked_what_the_capture_holds_of_its_protocol(
     assert asked[OLD] == asked_alone(cli, OLD, tmp_path / "old.jsonl", *plan)
     assert asked[OLD]
     assert asked[OLD] != asked[ONE]
+
+
+def test_a_worker_needs_no_copy_of_the_capture(capture: str) -> None:
+    """Dask sends the action to workers, where the file is not."""
+    pickle = pytest.importorskip("distributed.protocol.pickle", reason="the extra dask")
+    plans = sweep_plans(SweepOptions(None, None, None, None, capture))
+    wanted = {generation: plans(ANY._replace(generation=generation)) for generation in Generation}
+    sent = pickle.dumps(PlanAction("sweep", plans))
+    Path(capture).unlink()
+    arrived = pickle.loads(sent)
+    for generation, plan in wanted.items():
+        assert arrived.plan_for(ANY._replace(generation=generation)) == plan
 
 
 def test_resume_finishes_a_run_of_a_capture(cli: Cli, capture: str) -> None:
