@@ -62,8 +62,7 @@ class Link:
             tolerate: the fields in which an answer may differ and still count, of ``tracker.TOLERANCES``.
             streams: of an earlier link to this robot; None begins with a robot that streams nothing.
         """
-        self.policy = policy
-        self.codec = codec
+        self.policy, self.codec = policy, codec
         self.frames_sent = self.answers = self.matched = 0
         self.events = events or Events()
         self.streams = streams or StreamDecoder(codec.generation, policy.robot)
