@@ -2,15 +2,15 @@
 
 import asyncio
 from collections import deque
-from typing import Any, Final, Self
+from contextlib import ExitStack
+from typing import Final, Self
 from weakref import WeakSet
 
 from sphero_probe.api.decoding import DecodedPacket
-from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.errors import LinkLostError
-from sphero_probe.link.events import ExchangeEnded, Subscription, UnsolicitedReceived
-from sphero_probe.link.exchange import Answered
-from sphero_probe.protocol.packets import Notification, Verdict
+from sphero_probe.link.events import UnsolicitedReceived
+from sphero_probe.link.unsolicited import follow_streams
+from sphero_probe.protocol.packets import Notification
 from sphero_probe.session.session import Session
 
 QUEUE: Final = 1000
@@ -91,28 +91,24 @@ class Dispatcher:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._streams = StreamDecoder(session.connection.generation)
         self._listeners: WeakSet[Notifications] = WeakSet()
-        self._subscriptions: tuple[Subscription[Any], ...] = ()
+        self._listening = ExitStack()
         self._stands = asyncio.Event()
         self._watching: asyncio.Task[None] | None = None
         self._closed = False
 
     async def __aenter__(self) -> Self:
         """Start listening."""
-        events = self._session.link.events
-        self._subscriptions = (
-            events.subscribe(self._hear, UnsolicitedReceived),
-            events.subscribe(self._follow, ExchangeEnded),
-        )
+        link = self._session.link
+        self._listening.enter_context(follow_streams(link))
+        self._listening.enter_context(link.events.subscribe(self._hear, UnsolicitedReceived))
         self.link_stands()
         return self
 
     async def __aexit__(self, *_: object) -> None:
         """End every listener."""
         self._closed = True
-        for subscription in self._subscriptions:
-            subscription.cancel()
+        self._listening.close()
         if self._watching:
             self._watching.cancel()
             await asyncio.wait([self._watching])
@@ -134,19 +130,13 @@ class Dispatcher:
         if not self._closed and (self._watching is None or self._watching.done()):
             self._watching = asyncio.create_task(self._watch(), name="link watch")
 
-    def _follow(self, ended: ExchangeEnded) -> None:
-        """Follow which sensors the robot was told to stream."""
-        exchange, codec = ended.exchange, self._session.link.codec
-        if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is Verdict.OK:
-            self._streams.executed(exchange.command)
-
     def _hear(self, received: UnsolicitedReceived) -> None:
         """Decode a notification and pass it to all listeners; ignore late and malformed frames."""
         unsolicited = received.unsolicited
         if not isinstance(unsolicited, Notification) or not self._listeners:
             return
-        connection = self._session.connection
-        heard = DecodedPacket.of(unsolicited, connection.generation, connection.robot, self._streams)
+        connection, streams = self._session.connection, self._session.link.streams
+        heard = DecodedPacket.of(unsolicited, connection.generation, connection.robot, streams)
         for listener in tuple(self._listeners):
             listener.put(heard)
 

@@ -1,7 +1,7 @@
 """Opens a session with the connect options."""
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 from time import monotonic
 
 from sphero_probe.cli.capture_out import capturing
@@ -11,6 +11,7 @@ from sphero_probe.cli.values import ConnectOptions
 from sphero_probe.errors import LinkLostError, RefusedByPolicyError
 from sphero_probe.link.events import Events
 from sphero_probe.link.policy import Consent
+from sphero_probe.link.unsolicited import follow_streams
 from sphero_probe.session.session import Session, open_session
 from sphero_probe.transports.base import OpenOptions
 
@@ -41,6 +42,7 @@ async def connect(
     shared = SharedConnection.current()
     shared = shared if shared and shared.device == options.device else None
     with capturing(options.capture, options.device, events):
+        connection = await shared.connection(opening) if shared else None
         async with open_session(
             options.device,
             consent,
@@ -48,11 +50,14 @@ async def connect(
             timeout=timeout,
             events=events,
             tolerate=options.tolerate,
-            opened=shared.lend(opening) if shared else None,
+            streams=shared.streams if shared else None,
+            opened=nullcontext(connection) if connection else None,
         ) as session:
             _check_confirmation(session, consent)
             async with _dropped_if_lost(shared, session):
-                yield session
+                # a later command may hear what this one tells the robot to stream
+                with follow_streams(session.link) if shared else nullcontext():
+                    yield session
 
 
 @asynccontextmanager

@@ -12,6 +12,7 @@ from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.gathered import Function, gather
 from sphero_probe.cli.options import ALLOW, CONNECT_TIMEOUT, TARGET, TIMEOUT, TOLERATE, seconds_option
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions
+from sphero_probe.errors import UsageError
 
 _SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:]+\]|[A-Za-z0-9._-]+):[0-9]{1,5}")
 
@@ -110,11 +111,24 @@ def robots_options(function: Function) -> Function:
         ),
         CONNECT_TIMEOUT,
         TOLERATE,
+        _refused(
+            "--capture",
+            "a capture holds the frames of one robot, and a fleet has many",
+            "after a run, for each robot: sphero-probe capture convert RUN -o FILE",
+        ),
     )
 
 
+FLEET_DRY_RUN: Final = click.option(
+    "--dry-run",
+    "asking_dry_run",
+    is_flag=True,
+    help="Print how much would be sent to each robot and what is blocked; send nothing.",
+)
+
+
 def fleet_asking_options(function: Function) -> Function:
-    """Give a command ``--target``, ``--timeout``, ``--allow`` and ``--confirm``; it gets ``asking``."""
+    """Give a command ``--target``, ``--timeout``, ``--allow``, ``--confirm``, ``--dry-run``: ``asking``."""
     return gather(
         function,
         "asking",
@@ -129,6 +143,7 @@ def fleet_asking_options(function: Function) -> Function:
             metavar="NAME",
             help="A robot's name, to allow the class brick on it; repeat it for each robot.",
         ),
+        FLEET_DRY_RUN,
     )
 
 
@@ -151,6 +166,11 @@ def fleet_journal_options(function: Function, *, resume: bool = True) -> Functio
         FleetJournalOptions.checked,
         *((resuming,) if resume else ()),
         click.option("--no-journal", "journal_off", is_flag=True, help="Write no journals."),
+        _refused(
+            "--journal",
+            "each robot of a fleet keeps a journal of its own",
+            "sphero-probe runs lists them; sphero-probe runs export writes them to one file",
+        ),
     )
 
 
@@ -158,6 +178,23 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str) -> 
     if value and not _SCHEDULER.fullmatch(value):
         raise click.BadParameter(f"'{value}' is no address; write it like tcp://127.0.0.1:8786", ctx, param)
     return value
+
+
+def _refused(option: str, why: str, instead: str) -> Function:
+    """Return a hidden option of the single command that says what a fleet has instead.
+
+    Args:
+        option: as it is typed.
+        why: a fleet does not have it.
+        instead: what to do.
+    """
+
+    def refuse(_ctx: click.Context, _param: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise UsageError(f"{option}: {why}", instead)
+
+    name = f"no_{option.removeprefix('--')}"
+    return click.option(option, name, hidden=True, expose_value=False, callback=refuse)
 
 
 def _check_devices(ctx: click.Context, param: click.Parameter, value: tuple[str, ...]) -> Any:

@@ -1,11 +1,13 @@
 """One connection that several commands use in turn, as the lines of a shell do."""
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import Coroutine
+from contextlib import AsyncExitStack
 from typing import Any, Self
 
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.session.addressing import address_of
+from sphero_probe.session.identity import Identity
 from sphero_probe.transports.base import Connection, OpenOptions
 from sphero_probe.transports.registry import open_transport
 
@@ -18,12 +20,15 @@ class SharedConnection:
 
     Attributes:
         device: the robot's address as it was given.
+        streams: what commands told the robot to stream so far, None before it is connected.
     """
 
     _current: "SharedConnection | None" = None
 
     def __init__(self, device: str) -> None:
         self.device = device
+        self.streams: StreamDecoder | None = None
+        self._identity: Identity | None = None
         self._runner = asyncio.Runner()
         self._stack = AsyncExitStack()
         self._connection: Connection | None = None
@@ -49,9 +54,8 @@ class SharedConnection:
         """Run a coroutine on the event loop of the connection."""
         self._runner.run(work)
 
-    @asynccontextmanager
-    async def lend(self, options: OpenOptions) -> AsyncIterator[Connection]:
-        """Open the connection if it is not open, and yield it; it stays open.
+    async def connection(self, options: OpenOptions) -> Connection:
+        """Return the connection, which stays open; open it if it is not.
 
         Args:
             options: how to connect.
@@ -62,7 +66,11 @@ class SharedConnection:
         if self._connection is None:
             place = address_of(self.device)
             self._connection = await self._stack.enter_async_context(open_transport(place, options))
-        yield self._connection
+            identity = Identity.of(self._connection)
+            if identity != self._identity:  # after a lost connection, another robot may be the one nearby
+                self._identity = identity
+                self.streams = StreamDecoder(self._connection.generation, self._connection.robot)
+        return self._connection
 
     async def close(self) -> None:
         """Close the connection; the next command opens it again."""

@@ -65,8 +65,10 @@ class StrictCommand(click.Command):
             _, words, given = self.make_parser(ctx).parse_args(list(args))  # in order, repetitions included
             options = [option for option in given if isinstance(option, click.Option)]
             _check(ctx, options)
-            if words and self._words_belong_to and not any(option.is_eager for option in options):
-                raise click.UsageError(f"'{words[0]}': write {self._words_belong_to} {words[0]}", ctx)
+            belongs_to = self._words_belong_to
+            asked = any(option.is_eager or belongs_to in option.opts for option in options)
+            if words and belongs_to and not asked:
+                raise click.UsageError(f"'{words[0]}': write {belongs_to} {words[0]}", ctx)
         return super().parse_args(ctx, args)
 
 
@@ -79,7 +81,9 @@ def _check(ctx: click.Context, given: list[click.Option]) -> None:
             continue
         other = earlier.get(option.name)
         if other is option:
-            raise click.UsageError(f"{_spelling(option)} is given twice", ctx)
+            spelling = _spelling(option)
+            many = "; for several robots: sphero-probe fleet --help" if spelling == "--device" else ""
+            raise click.UsageError(f"{spelling} is given twice{many}", ctx)
         if other:
             raise click.UsageError(f"{_spelling(other)} and {_spelling(option)} exclude each other", ctx)
         earlier[option.name] = option

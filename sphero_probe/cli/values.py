@@ -138,12 +138,14 @@ class FleetAskOptions(NamedTuple):
         timeout: seconds until a command counts as silent, None to measure it.
         allow: the risk classes to allow.
         confirm: the names of the robots for which the class ``brick`` is confirmed.
+        dry_run: print what would be sent, and send nothing.
     """
 
     target: str | None = None
     timeout: float | None = None
     allow: tuple[str, ...] = ()
     confirm: tuple[str, ...] = ()
+    dry_run: bool = False
 
     @classmethod
     def checked(cls, **options: Any) -> Self:
@@ -154,7 +156,7 @@ class FleetAskOptions(NamedTuple):
             UsageError: a robot is named for nothing.
         """
         asking = cls(**options)
-        _check_brick(asking.allow, confirmed=bool(asking.confirm))
+        _check_brick(asking.allow, confirmed=bool(asking.confirm), dry_run=asking.dry_run)
         return asking
 
 

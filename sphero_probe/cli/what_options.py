@@ -9,15 +9,8 @@ from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.gathered import Function
 
 
-def range_options(
-    function: Function, *, plans: str = "A plan file, or the name of a shipped plan."
-) -> Function:
-    """Give a command ``--did``, ``--cid``, ``--plan`` and ``--payload``, as parameters so called.
-
-    Args:
-        function: the command.
-        plans: the help of ``--plan``.
-    """
+def range_options(function: Function) -> Function:
+    """Give a command ``--did``, ``--cid``, ``--plan``, ``--payload`` and ``--plan-from`` (``capture``)."""
     return _given(
         function,
         click.option(
@@ -27,8 +20,20 @@ def range_options(
             shell_complete=offer("dids"),
         ),
         click.option("--cid", metavar="IDS", help="Command ids.  [default: 0x00-0xff]"),
-        click.option("--plan", metavar="FILE", help=plans, shell_complete=offer("plans")),
+        click.option(
+            "--plan",
+            metavar="FILE",
+            help="A plan file, the name of a shipped plan, or spherov2-claims.",
+            shell_complete=offer("plans"),
+        ),
         click.option("--payload", metavar="HEX", help="Send exactly these bytes with every command."),
+        click.option(
+            "--plan-from",
+            "capture",
+            metavar="FILE",
+            help="Ask the commands that a capture of the maker's app holds.",
+            shell_complete=offer("files"),
+        ),
     )
 
 

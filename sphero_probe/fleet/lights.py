@@ -8,9 +8,11 @@ from sphero_probe.catalogue.leds import Colour
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.catalogue.naming import colour
 from sphero_probe.fleet.action import Visit
+from sphero_probe.fleet.plans import Subject
 from sphero_probe.fleet.records import FleetRecord, Lit
 from sphero_probe.fleet.robots import FleetRobot
-from sphero_probe.runs.sending import send_each
+from sphero_probe.probing.plan import Plan
+from sphero_probe.runs.sending import plan_of, send_each
 from sphero_probe.session.commands import led_commands_for
 
 PALETTE: Final = ("red", "lime", "blue", "yellow", "magenta", "cyan", "white", "orange")
@@ -48,6 +50,23 @@ class LedAction(NamedTuple):
     target: str | None = None
     command: str = "led"
 
+    def plan_on(self, robot: FleetRobot, subject: Subject) -> Plan:
+        """Return the plan that sets the LEDs of one robot.
+
+        Raises:
+            UsageError: the robot has no such LED, or its model is not known.
+        """
+        wanted, _ = self._wanted(robot, subject.robot)
+        commands = led_commands_for(wanted, subject.robot, subject.port, self.target, off=self.off)
+        return plan_of(self.command, commands)
+
+    def _wanted(self, robot: FleetRobot, model: Robot | None) -> tuple[Mapping[str, Colour], dict[str, str]]:
+        """Return LED name -> colour, and the same as people write it if each robot gets its own."""
+        if self.colours is None:
+            return self.wanted, {}
+        shown = _all_leds(model, self.colours[robot.name])
+        return {name: colour(text) for name, text in shown.items()}, shown
+
     async def run(self, visit: Visit) -> AsyncGenerator[FleetRecord, None]:
         """Send the commands; yield their findings, and the colours.
 
@@ -57,11 +76,7 @@ class LedAction(NamedTuple):
             SpheroProbeError: as ``send_each`` does.
         """
         connection = visit.session.connection
-        shown: dict[str, str] = {}
-        wanted = self.wanted
-        if self.colours is not None:
-            shown = _all_leds(connection.robot, self.colours[visit.robot.name])
-            wanted = {name: colour(text) for name, text in shown.items()}
+        wanted, shown = self._wanted(visit.robot, connection.robot)
         commands = led_commands_for(wanted, connection.robot, connection.port, self.target, off=self.off)
         async with aclosing(send_each(self.command, commands, visit.session, visit.journal)) as records:
             async for record in records:

@@ -9,6 +9,7 @@ from sphero_probe.errors import IncompleteError, LinkLostError
 from sphero_probe.fleet.action import Visit
 from sphero_probe.fleet.health import read_battery
 from sphero_probe.fleet.records import FleetRecord, Progress
+from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.probing.finding import Finding, Summary
 from sphero_probe.probing.plan import Plan
 from sphero_probe.protocol.packets import Generation
@@ -51,6 +52,14 @@ class PlanAction(NamedTuple):
     command: str
     plan_for: PlanFor
     target: str | None = None
+
+    def plan_on(self, _robot: FleetRobot, subject: Subject) -> Plan:
+        """Return the plan for one robot.
+
+        Raises:
+            SpheroProbeError: there is none for this robot.
+        """
+        return self.plan_for(subject)[0]
 
     async def run(self, visit: Visit) -> AsyncGenerator[FleetRecord, None]:
         """Run the plan, then read the battery, which the report shows; yield the records of both."""

@@ -64,8 +64,9 @@ class LengthChecks:
 
     def mark_absent(self, command: Command) -> None:
         """Record that the robot called this command of this node absent."""
-        self._absent.add(_without_payload(command))
-        self.revision += 1
+        if not self.is_absent(command):
+            self._absent.add(_without_payload(command))
+            self.revision += 1
 
     def is_absent(self, command: Command) -> bool:
         """Whether the robot called this command of this node absent."""

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any, Final, Self
 
 from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.errors import LinkLostError
 from sphero_probe.link.alarm import TICK, Alarm
 from sphero_probe.link.events import BytesReceived, Events, ExchangeEnded, FrameSent, UnsolicitedReceived
@@ -24,10 +25,6 @@ from sphero_probe.transports.base import Transport
 _CLOSED: Final = "try again, nearer to the robot; a robot that falls asleep drops the link"
 
 
-def _ignore(*_: object) -> None:
-    pass
-
-
 class Link:
     """One conversation with one robot; use it as an async context manager.
 
@@ -38,6 +35,7 @@ class Link:
         matched: how many of them belong to a command that was sent.
         window: how many commands may be in flight.
         events: tells listeners every frame, exchange and unsolicited packet.
+        streams: names sensor values by what the robot was told to stream, also over earlier links.
     """
 
     def __init__(
@@ -50,6 +48,7 @@ class Link:
         window: int | None = None,
         events: Events | None = None,
         tolerate: Collection[str] = (),
+        streams: StreamDecoder | None = None,
     ) -> None:
         """Set up a link; entering it starts listening.
 
@@ -61,11 +60,12 @@ class Link:
             window: commands in flight; None adapts it, node by node, to what the robot takes.
             events: the listeners; None starts without any.
             tolerate: the fields in which an answer may differ and still count, of ``tracker.TOLERANCES``.
+            streams: of an earlier link to this robot; None begins with a robot that streams nothing.
         """
-        self.policy = policy
-        self.codec = codec
+        self.policy, self.codec = policy, codec
         self.frames_sent = self.answers = self.matched = 0
         self.events = events or Events()
+        self.streams = streams or StreamDecoder(codec.generation, policy.robot)
         self.window = Window(timeout, window)
         self._transport = transport
         self._tracker = Tracker(codec, tolerate)
@@ -124,7 +124,7 @@ class Link:
         alone: bool = False,
         expected: bool = False,
         patience: float = 0.0,
-        before_sending: Callable[[], None] = _ignore,
+        before_sending: Callable[[], None] | None = None,
     ) -> Exchange:
         """Send one command and wait until it is answered, silent or blocked.
 
@@ -154,7 +154,8 @@ class Link:
         try:
             if reason := self.policy.assess(command).blocked:  # a measurement may have ended while it waited
                 return self._blocked(command, risk, reason)
-            before_sending()
+            if before_sending:
+                before_sending()
             self.frames_sent += 1
             self.events.tell(FrameSent, asyncio.get_running_loop().time(), in_flight.frame)
             await self._transport.write(in_flight.frame)

@@ -209,10 +209,11 @@ class Policy:
             return Assessment(Risk.BRICK, f"unknown command of the dangerous device 0x{did:02x}")
         if did in PERSIST_DEVICES[self.generation]:
             return Assessment(Risk.PERSIST, f"unknown command of the dangerous device 0x{did:02x}")
-        if self.length_checks.is_absent(command):
-            return Assessment(Risk.PROBE, "the robot said it does not exist")
         empty_ok = command.payload or did not in NO_EMPTY_PROBE_DEVICES[self.generation]
-        if is_impossible(command) and empty_ok and not self.length_checks.is_lenient(command.target):
+        if self.length_checks.is_absent(command) and empty_ok:
+            return Assessment(Risk.PROBE, "the robot said it does not exist")
+        # Not measured yet, only assumed: an empty payload would run a command that exists after all.
+        if command.payload and is_impossible(command) and not self.length_checks.is_lenient(command.target):
             return Assessment(Risk.PROBE, "a command that cannot exist")
         by_payload = self._assess_by_payload(command)
         neighbour = _open_ended_neighbours(self.generation).get((did, cid))

@@ -192,12 +192,14 @@ class DeviceCalibration:
     async def _ask_one_impossible(self, command: Command) -> None:
         """Send one command at the wrong length, and without payload once that was called absent.
 
-        An empty payload would run a command that exists after all. The echo that is sent along keeps the loss
-        of long answers apart from a full queue.
+        An empty payload would run a command that exists after all. Where documented empty commands erase, the
+        policy blocks it even then. The echo that is sent along keeps the loss of long answers apart from a
+        full queue.
         """
         echo = ask_well_known(self._line.link, WellKnown.ECHO, self._target, attempts=1)
         await asyncio.gather(self._ask_wrong_length(command), echo)
         if self._wrong and self._wrong.verdict in GONE:
+            self._line.link.policy.length_checks.mark_absent(command)
             self._keep(0, await self._questions.ask(command, Verdict.NO_COMMAND.value))
 
     async def _ask_wrong_length(self, command: Command) -> None:

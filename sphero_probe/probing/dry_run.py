@@ -8,6 +8,7 @@ from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.policy import Consent, Policy
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, is_wrong_length
 from sphero_probe.probing.device_calibration import calibration_rows
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.loader import probes_of
@@ -53,7 +54,7 @@ def planned_probes(
     target: int | None,
     name: str = "",
 ) -> Iterator[PlannedProbe]:
-    """Yield what each probe would send, assuming that calibration finds that the robot checks lengths.
+    """Yield what each probe would send, assuming what calibration finds on a robot that checks lengths.
 
     Args:
         plan: what to send; stages that are made from findings are left out.
@@ -79,6 +80,8 @@ def planned_probes(
             if not probe.exact and not command.payload:
                 command = command._replace(payload=payload_for(row, consent))
             _assume_strict(policy, command.target, command.did)
+            if is_wrong_length(command, row):
+                _assume_absent(policy, command.target, command.did)
             frame = codec.encode_command(command, sequence[(number - 1) % len(sequence)])
             risk, blocked = policy.assess(command).risk, policy.why_blocked(command)
             yield PlannedProbe(number, command, row, risk, frame, blocked)
@@ -92,3 +95,9 @@ def _assume_strict(policy: Policy, target: int | None, did: int) -> None:
     reads, setters = calibration_rows(policy.generation, policy.robot, did)
     for row in (*reads, *setters):
         checks.add_rejection(Command(did, row.cid, b"", target))
+
+
+def _assume_absent(policy: Policy, target: int | None, did: int) -> None:
+    """Tell the policy that a node and a device lack what cannot exist, as if calibration had found so."""
+    policy.length_checks.mark_absent(Command(IMPOSSIBLE_DIDS[0], 0, b"", target))
+    policy.length_checks.mark_absent(Command(did, IMPOSSIBLE_CIDS[0], b"", target))

@@ -74,6 +74,12 @@ class Plan:
         made = getattr(self.stages[index], "__name__", "")
         return made.strip("_").replace("_", " ") if made.isidentifier() else self.name
 
+    @property
+    def open_stages(self) -> tuple[str, ...]:
+        """The names of the stages that are made from findings, each once."""
+        names = (self.stage_name(index) for index, stage in enumerate(self.stages) if callable(stage))
+        return tuple(dict.fromkeys(names))
+
 
 def sweep(
     dids: Iterable[int], cids: Iterable[int], target: int | None = None, payload: bytes | None = None

@@ -11,7 +11,7 @@ from sphero_probe.probing.finding import Outcome
 from sphero_probe.reports.finding_line import FindingLine, ids
 from sphero_probe.reports.ids import spans
 
-_NAMED_AT_MOST: Final = 6
+NAMED_AT_MOST: Final = 6
 """Blocked commands of one reason that are shown with their names; of more, only the ids are shown."""
 _DOTTED_NAME: Final = re.compile(r"\b[a-z]\w*\.[a-z]\w*\b", re.ASCII)
 _NOT_ASKED: Final = re.compile(
@@ -59,6 +59,11 @@ def _risk(line: FindingLine) -> Risk:
     return next((risk for risk in Risk if risk.word == line.risk), Risk.BRICK)
 
 
+def without_command(reason: str) -> str:
+    """Return why a command was blocked, without its name: the same for commands with the same reason."""
+    return _DOTTED_NAME.sub("a documented command", _NOT_ASKED.sub("documented, not asked", reason))
+
+
 def blocked_by_reason(
     lines: Iterable[FindingLine], times: str, *, apart: bool
 ) -> list[tuple[str, list[str]]]:
@@ -69,11 +74,10 @@ def blocked_by_reason(
     reasons: dict[str, list[FindingLine]] = {}
     for line in lines:
         if line.outcome == Outcome.SKIPPED.value:
-            reason = _NOT_ASKED.sub("documented, not asked", line.note)
-            reasons.setdefault(_DOTTED_NAME.sub("a documented command", reason), []).append(line)
+            reasons.setdefault(without_command(line.note), []).append(line)
     told: list[tuple[str, list[str]]] = []
     for reason, held in sorted(reasons.items()):
-        if len(held) <= _NAMED_AT_MOST and all(line.name for line in held):
+        if len(held) <= NAMED_AT_MOST and all(line.name for line in held):
             items = [
                 f"{line.node} {line.pair} {line.name}" if apart else f"{line.pair} {line.name}"
                 for line in held

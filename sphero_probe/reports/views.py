@@ -59,6 +59,7 @@ class View(NamedTuple):
         selection: which findings of a run are shown, and in which order.
         document: the findings of a run become a reference of the robot's commands.
         below: another list that a table shows below this one, None for none.
+        heading: what is said above the list where it stands below another one.
     """
 
     type: str
@@ -69,6 +70,7 @@ class View(NamedTuple):
     selection: Selection = Selection()
     document: bool = False
     below: "View | None" = None
+    heading: str = ""
 
     @property
     def table_columns(self) -> tuple[Column, ...]:

@@ -1,15 +1,21 @@
 """Tell model, protocol and node addresses from a device address, before anything is opened."""
 
+from typing import Final
+
 from sphero_probe.catalogue import robot_by_prefix
 from sphero_probe.catalogue.model import Robot
 from sphero_probe.protocol.address import PRIMARY, Address
 from sphero_probe.protocol.packets import Generation
 from sphero_probe.simulator import parse_settings
+from sphero_probe.simulator.readings import identity
 from sphero_probe.transports.base import BLE_PORT
 from sphero_probe.transports.fake_address import CLIENT_PORTS
 from sphero_probe.transports.registry import DeviceAddress, parse_address
 from sphero_probe.transports.replay import recorded_behind, recorded_port
 from sphero_probe.transports.serial_address import PORT, USUAL, parse_port
+
+_AFTER_PREFIX: Final = 4
+"""Characters of a name after the prefix of its model; ``--device`` takes fewer, too."""
 
 
 def address_of(device: str) -> DeviceAddress:
@@ -35,6 +41,19 @@ def model_behind(address: DeviceAddress) -> Robot | None:
     if address.scheme in USUAL:
         return parse_port(address.rest, USUAL[address.scheme]).robot
     return robot_by_prefix(address.rest)
+
+
+def name_behind(address: DeviceAddress) -> str:
+    """Return the whole name that a robot advertises, if its address tells; empty if it does not.
+
+    Raises:
+        UsageError: a ``fake:`` address that is not valid.
+    """
+    if address.scheme == "fake":
+        settings = parse_settings(address.rest)
+        return identity(settings.model, settings.seed).name
+    robot = robot_by_prefix(address.rest) if address.scheme == "ble" else None
+    return address.rest if robot and len(address.rest) == len(robot.prefix) + _AFTER_PREFIX else ""
 
 
 def port_behind(address: DeviceAddress) -> int:

@@ -5,6 +5,7 @@ from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontext
 from dataclasses import dataclass
 
 from sphero_probe.catalogue.gatt_services import list_services
+from sphero_probe.catalogue.streams import StreamDecoder
 from sphero_probe.errors import LinkLostError, NoAnswerError
 from sphero_probe.link.events import Events
 from sphero_probe.link.link import Link
@@ -47,6 +48,7 @@ async def open_session(
     timeout: float | None = None,
     tolerate: Collection[str] = (),
     events: Events | None = None,
+    streams: StreamDecoder | None = None,
     opened: AbstractAsyncContextManager[Connection] | None = None,
 ) -> AsyncIterator[Session]:
     """Connect and start listening; leaving the context closes everything.
@@ -58,6 +60,7 @@ async def open_session(
         timeout: seconds until a command counts as silent; None measures it.
         tolerate: the fields in which an answer may differ and still count, of ``link.tracker.TOLERANCES``.
         events: where the link tells what happens, for those who listen from its start.
+        streams: what the robot was told to stream before; None for a robot that streams nothing yet.
         opened: gives the connection to use; None opens the address.
 
     Raises:
@@ -68,12 +71,20 @@ async def open_session(
         connection = await origin.enter_async_context(opened or open_transport(address_of(device), options))
         options.on_step(f"connected to {connection.name}")
         events = events or Events()
+        streams = streams or StreamDecoder(connection.generation, connection.robot)
         policy = Policy(connection.generation, connection.robot, consent, (connection.name,))
 
         async def start_link(at: Connection) -> Link:
             codec = CODECS[at.generation]
-            link = Link(at.transport, codec, policy, timeout=timeout, events=events, tolerate=tolerate)
-            return await line.enter_async_context(link)
+            return await line.enter_async_context(
+                Link(
+                    *(at.transport, codec, policy),
+                    timeout=timeout,
+                    events=events,
+                    tolerate=tolerate,
+                    streams=streams,
+                )
+            )
 
         async def reconnect() -> Link:
             options.on_step("connect again")

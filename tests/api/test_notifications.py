@@ -69,7 +69,8 @@ def test_it_listens_during_and_after_a_sweep() -> None:
             await stream(robot)
             found = await robot.sweep("power").collect()
             during = [note for note in found.notes if note.kind == "notification"]
-            assert len(during) > 5  # the run notes them too
+            assert len(during) > 5  # the run notes them too, and names their values
+            assert all("'accelerometer_x'" in str(note.data["fields"]) for note in during)
             for _ in during:
                 await anext(heard)
             await asyncio.sleep(1)

@@ -61,3 +61,24 @@ def test_a_run_takes_as_long_as_it_says(cli: Cli) -> None:
 
 def test_a_single_command_has_no_forecast(cli: Cli) -> None:
     assert "Estimated time" not in cli("send", "power.sleep", *FAKE, "--dry-run").err
+
+
+@pytest.mark.parametrize(
+    ("device", "confirm", "sent"),
+    [
+        pytest.param("fake:bolt", "SB-DE8E", True, id="its name"),
+        pytest.param("fake:bolt", "SB-DE8F", False, id="another name"),
+        pytest.param("BP-1234", "BP-1234", True, id="over Bluetooth"),
+        pytest.param("BP-12", "BP-1234", False, id="the beginning of a name"),
+        pytest.param("AA:BB:CC:DD:EE:FF", "BP-1234", False, id="an address tells no name"),
+    ],
+)
+def test_brick_is_confirmed_by_a_name_that_the_address_tells(
+    cli: Cli, device: str, confirm: str, sent: bool
+) -> None:
+    allowed = ("--allow", "brick", "--confirm", confirm)
+    ran = cli("send", "0x13", "0xfd", "-d", device, *allowed, "--dry-run", "--format", "jsonl")
+    assert ran.code == 0, ran.err
+    (row,) = objects(ran.out)
+    assert (row["withheld"] is None) is sent
+    assert sent or "--confirm needs this robot's name" in row["withheld"]

@@ -44,6 +44,7 @@ def test_the_first_interrupt_stops_every_robot_and_resume_finishes_each(cli: Cli
     stopped = [row for row in objects(out) if row["type"] == "fleet_robot"]
     assert [row["status"] for row in stopped] == ["incomplete"] * len(DEVICES)
     assert "stopping after the commands in flight" in err
+    assert "repeat the command with --resume" in err
     ran = cli(*SWEEP, "--resume")
     assert ran.code == 0, ran.err
     finished = [row for row in objects(ran.out) if row["type"] == "fleet_robot"]

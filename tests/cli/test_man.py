@@ -53,7 +53,7 @@ def test_every_command_has_a_page_with_its_options(pages: dict[str, Path]) -> No
         assert f'"{__version__}"' in page
         assert f"\\- {command.short_help}\n" in pages[name].read_text(encoding="utf-8")
         for option in command.params:
-            if isinstance(option, click.Option):
+            if isinstance(option, click.Option) and not option.hidden:
                 assert re.search(rf"^\\fB{option.opts[0]},?\\fP", page, re.MULTILINE), (name, option.name)
                 assert option.help
                 assert option.help.split("  ")[0] in page

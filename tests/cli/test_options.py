@@ -143,7 +143,11 @@ def test_what_an_option_offers_exists(name: str) -> None:
     ("arguments", "said"),
     [
         pytest.param(("sweep", "--did", "0x13", "--did", "0x11", *FAKE), "--did is given twice", id="did"),
-        pytest.param(("info", "-d", "fake:bolt", "-d", "fake:mini"), "--device is given twice", id="device"),
+        pytest.param(
+            ("info", "-d", "fake:bolt", "-d", "fake:mini"),
+            "--device is given twice; for several robots: sphero-probe fleet",
+            id="device",
+        ),
         pytest.param(
             ("info", "-d", "fake:bolt", "--device=fake:bolt"), "--device is given twice", id="both-spellings"
         ),

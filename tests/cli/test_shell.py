@@ -141,6 +141,65 @@ def test_notifications_are_printed_at_the_prompt(cli: Cli, monkeypatch: pytest.M
         keyboard.send_text(f"{line}\r")
         assert cli("shell", "--device", "fake:bolt").code == 0
     assert said[0].startswith("sensor.sensor_streaming_data_notify: ")
+    assert "pitch" in said[0], "the mask was set by an earlier command"
+
+
+MASK = "send sensor.set_sensor_streaming_mask interval=20 count=0 sensor_masks={} --allow write\n"
+PITCH, ROLL = MASK.format("0x40000"), MASK.format("0x20000")
+LISTEN = "listen --count 1 --format jsonl\n"
+
+
+def heard(ran: Ran) -> list[set[str]]:
+    """The names of the values of each notification that a command heard, however it is shown."""
+    assert ran.code == 0, ran.err
+    lines = [objects(line)[0] for line in ran.out.splitlines() if line.startswith("{")]
+    return [set(line["fields"]) for line in lines if line.get("kind") == "notification"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "named"),
+    [
+        pytest.param(PITCH + LISTEN, [{"pitch"}], id="the command before"),
+        pytest.param(PITCH + "explain 0x05\ninfo\n" + LISTEN * 2, [{"pitch"}] * 2, id="others between"),
+        pytest.param(PITCH + LISTEN + ROLL + LISTEN, [{"pitch"}, {"roll"}], id="another mask"),
+        pytest.param(PITCH + "info -d fake:mini\n" + LISTEN, [{"pitch"}], id="another robot between"),
+    ],
+)
+def test_values_are_named_by_what_an_earlier_line_told_the_robot_to_stream(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, lines: str, named: list[set[str]]
+) -> None:
+    assert heard(script(cli, monkeypatch, lines, "--device", "fake:bolt")) == named
+
+
+def test_notes_of_a_run_name_them_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = PITCH + "sweep --did 0x13 --cid 0-0x20 --format jsonl\n"
+    found = heard(script(cli, monkeypatch, lines, "--device", "fake:bolt?latency=20ms"))
+    assert found
+    assert all(names == {"pitch"} for names in found)
+
+
+def test_a_rejected_or_blocked_mask_names_nothing(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = ROLL.replace(" --allow write", "")
+    rejected = "send 0x18 0x00 00 --target 0x12 --allow write\n"
+    lines = PITCH + blocked + rejected + LISTEN
+    ran = script(cli, monkeypatch, lines, "--keep-going", "--device", "fake:bolt")
+    assert ran.code != 0
+    assert heard(ran._replace(code=0)) == [{"pitch"}]
+
+
+def test_another_shell_begins_with_nothing(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heard(script(cli, monkeypatch, PITCH + LISTEN, "--device", "fake:bolt")) == [{"pitch"}]
+    lines = "listen --seconds 0.1 --format jsonl\n"
+    assert heard(script(cli, monkeypatch, lines, "--device", "fake:bolt")) == []
+
+
+def test_services_of_rvr_are_named_too(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = (
+        "send sensor.configure_streaming_service token=1 configuration=000100 --target 0x12 --allow write\n"
+        "send sensor.start_streaming_service period=20 --target 0x12 --allow write\n" + LISTEN
+    )
+    (names,) = heard(script(cli, monkeypatch, lines, "--device", "fake:rvr"))
+    assert len(names) > 1, names
 
 
 @pytest.mark.parametrize(

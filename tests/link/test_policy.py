@@ -83,8 +83,7 @@ def is_impossible_pair(did: int, cid: int) -> bool:
 
 def unknown_may_go(did: int, cid: int, payload: bytes, *, strict: bool) -> bool:
     if is_impossible_pair(did, cid) and did not in DANGEROUS_DEVICES:
-        empty_goes = did not in NO_EMPTY_PROBE_DEVICES[V2]
-        return payload in (bytes(11), bytes(13), bytes(40)) or (payload == b"" and empty_goes)
+        return payload in (bytes(11), bytes(13), bytes(40))
     return (
         strict
         and did not in DANGEROUS_DEVICES
@@ -344,6 +343,42 @@ def test_what_the_robot_called_absent_may_be_asked_in_any_way(payload: bytes) ->
     assert gate.why_blocked(at(0x50, 0x02, payload)) is not None
 
 
+@pytest.mark.parametrize("strict", [False, True], ids=["not measured", "strict"])
+@pytest.mark.parametrize(
+    ("command", "risk"),
+    [
+        pytest.param(at(0x13, 0xFD), Risk.BRICK, id="power: deep sleep is in it"),
+        pytest.param(at(0x16, 0xFC), Risk.PERSIST, id="drive"),
+        pytest.param(at(0x50, 0xFB), Risk.PERSIST, id="unknown device"),
+        pytest.param(at(0xEE, 0x00), Risk.PERSIST, id="device that cannot exist"),
+        pytest.param(at(0xEC, 0x00), Risk.PERSIST, id="another"),
+    ],
+)
+def test_a_command_that_is_only_assumed_to_be_absent_is_not_sent_without_payload(
+    command: Command, risk: Risk, strict: bool
+) -> None:
+    gate, other = policy(strict=strict), command._replace(did=0x51, cid=0x01)
+    before = gate.assess(command)
+    assert before.risk is risk
+    assert before.risk is gate.assess(command._replace(cid=0x70)).risk, "as any unknown command there"
+    assert "without payload, which may run it" in before.blocked
+    assert gate.assess(command._replace(payload=bytes(WRONG_LENGTH))).risk is Risk.PROBE
+    gate.length_checks.mark_absent(other)
+    assert gate.assess(command).risk is risk, "another one was measured"
+    gate.length_checks.mark_absent(command)
+    assert gate.assess(command).risk is Risk.PROBE
+    assert not gate.why_blocked(command)
+
+
+@pytest.mark.parametrize("did", sorted(NO_EMPTY_PROBE_DEVICES[V2]), ids=lambda did: f"0x{did:02x}")
+@pytest.mark.parametrize("cid", [0x70, 0xFD], ids=lambda cid: f"0x{cid:02x}")
+def test_where_empty_commands_erase_none_is_sent_even_if_called_absent(did: int, cid: int) -> None:
+    gate = policy(strict=True)
+    gate.length_checks.mark_absent(at(did, cid))
+    assert gate.assess(at(did, cid)).risk is Risk.BRICK
+    assert gate.assess(at(did, cid, bytes(40))).risk is Risk.PROBE
+
+
 @pytest.mark.parametrize(
     ("command", "depends"),
     [
@@ -484,7 +519,7 @@ def test_the_default_consent_blocks_everything_that_could_act(
     if rows and all(row.risk is Risk.READ for row in rows):
         return
     if not rows and is_impossible_pair(*pair):
-        assert payload in (b"", bytes(11), bytes(13), bytes(40))
+        assert payload in (bytes(11), bytes(13), bytes(40))
         return
     assert target in strict, "it was not measured that this node rejects wrong lengths"
     assert all(row.request is not None for row in rows)

@@ -4,43 +4,38 @@ import asyncio
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import aclosing
-from pathlib import Path
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.cli.actions.discover import plan_of as discovery_plan
 from sphero_probe.cli.actions.led import wanted_leds
 from sphero_probe.cli.actions.sweep import SweepOptions
-from sphero_probe.cli.actions.sweep import plan_of as sweep_plan
+from sphero_probe.cli.fleet_dry_run import show_fleet_dry_run
+from sphero_probe.cli.fleet_plans import ANY, sweep_plans
 from sphero_probe.cli.fleet_progress import fleet_progress
 from sphero_probe.cli.fleet_robots import chosen_robots, fleet_for
-from sphero_probe.cli.messages import warn
+from sphero_probe.cli.fleet_troubles import RESUME, check_results
+from sphero_probe.cli.messages import say, warn
 from sphero_probe.cli.output import report
 from sphero_probe.cli.run import row_of
 from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
-from sphero_probe.errors import IncompleteError, RefusedByPolicyError
+from sphero_probe.errors import InterruptedRunError, UsageError
 from sphero_probe.fleet.action import Action
 from sphero_probe.fleet.health import HealthAction
 from sphero_probe.fleet.lights import LedAction, colours_of
 from sphero_probe.fleet.on_robot import FleetConsent, RobotOptions
 from sphero_probe.fleet.plans import INCOMPLETE, PlanAction, Subject
-from sphero_probe.fleet.records import Ended, FleetRecord, Status
+from sphero_probe.fleet.records import Ended, FleetRecord
 from sphero_probe.fleet.results import RobotResult
 from sphero_probe.fleet.resume import EarlierRun, earlier_runs
 from sphero_probe.fleet.robots import FleetRobot
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.finding import Finding, Heading, Note, Summary
 from sphero_probe.probing.plan import Plan
-from sphero_probe.protocol.packets import Generation
 from sphero_probe.reports.fleet import FLEET, FleetMatrix, robot_result_row
 from sphero_probe.reports.run_ending import RunEnding
 from sphero_probe.runs.resume import RunJournal
-from sphero_probe.transports.base import BLE_PORT
-
-_ANY: Final = Subject(Generation.V2, None, BLE_PORT, None)
-_NAMED: Final = 4
-"""Robots that the last message names."""
 
 Results = dict[str, RobotResult]
 """Robot name -> its result, in the order of the fleet."""
@@ -101,20 +96,8 @@ def fleet_sweep(
     Raises:
         SpheroProbeError: the options are not valid, or as ``run_fleet`` does.
     """
-    if options.plan and Path(options.plan).is_file():  # workers run in other folders
-        options = options._replace(plan=str(Path(options.plan).absolute()))
-    made: dict[Generation, tuple[Plan, dict[str, str]]] = {}
-
-    def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
-        if options.plan:  # a file may make another plan for each robot
-            return sweep_plan(*subject[:3], options)
-        if subject.generation not in made:  # robots share the probes of a range
-            made[subject.generation] = sweep_plan(*subject[:3], options)
-        return made[subject.generation]
-
-    plan_for(_ANY)  # a mistake in the options shows before anything is connected
-    action = PlanAction("sweep", plan_for, asking.target)
-    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+    action = PlanAction("sweep", sweep_plans(options), asking.target)
+    _run_plan(output, journal, connecting, asking, action, matrix=matrix)
 
 
 def fleet_discover(
@@ -143,9 +126,34 @@ def fleet_discover(
     def plan_for(subject: Subject) -> tuple[Plan, dict[str, str]]:
         return discovery_plan(subject.generation, subject.target, dict(options)), dict(options)
 
-    plan_for(_ANY)
+    plan_for(ANY)  # a mistake in the options shows before anything is connected
     action = PlanAction("discover", plan_for, asking.target)
-    run_fleet(output, connecting, _asked(action, asking, journal, matrix=matrix))
+    _run_plan(output, journal, connecting, asking, action, matrix=matrix)
+
+
+def _run_plan(
+    output: Output,
+    journal: FleetJournalOptions,
+    connecting: FleetConnectOptions,
+    asking: FleetAskOptions,
+    action: PlanAction,
+    *,
+    matrix: bool,
+) -> None:
+    """Run a plan on each robot, or show what it would send.
+
+    Raises:
+        SpheroProbeError: as ``run_fleet`` and ``show_fleet_dry_run`` do.
+    """
+    if not asking.dry_run:
+        asked = Asked(
+            *(lambda _: action, _consent(asking), asking.timeout, journal), compare=True, matrix=matrix
+        )
+        run_fleet(output, connecting, asked)
+        return
+    if journal.resume or matrix:
+        raise UsageError(f"--dry-run cannot be combined with {'--resume' if journal.resume else '--matrix'}")
+    show_fleet_dry_run(action.command, output, connecting, lambda _: action, _consent(asking))
 
 
 def fleet_led(
@@ -176,12 +184,15 @@ def fleet_led(
     """
     wanted = wanted_leds(front, back, leds)
 
-    def action_for(robots: Sequence[FleetRobot]) -> Action:
+    def action_for(robots: Sequence[FleetRobot]) -> LedAction:
         colours = None if wanted or off else colours_of(robots)
         return LedAction(colours, wanted, off, asking.target)
 
-    asked = Asked(action_for, _consent(asking, Risk.WRITE), asking.timeout, journal)
-    run_fleet(output, connecting, asked)
+    consent = _consent(asking, Risk.WRITE)
+    if asking.dry_run:
+        show_fleet_dry_run("led", output, connecting, action_for, consent)
+        return
+    run_fleet(output, connecting, Asked(action_for, consent, asking.timeout, journal))
 
 
 def run_fleet(
@@ -236,18 +247,17 @@ def run_fleet(
                     results[name].add(_explained(record, endings[name]))
                     show(results[name])
 
+    resumable = asked.compare and not asked.journal.off
     try:
         run_interruptible(interrupts, work())
+    except InterruptedRunError:
+        if resumable and any(result.reached for result in results.values()):
+            say(RESUME)
+        raise
     finally:
         if results:
             _report(output, results, compared, matrix=asked.matrix)
-    _check(results, resumable=asked.compare and not asked.journal.off)
-
-
-def _asked(
-    action: PlanAction, asking: FleetAskOptions, journal: FleetJournalOptions, *, matrix: bool
-) -> Asked:
-    return Asked(*(lambda _: action, _consent(asking), asking.timeout, journal), compare=True, matrix=matrix)
+    check_results(results, resumable=resumable)
 
 
 def _consent(asking: FleetAskOptions, *also: Risk) -> FleetConsent:
@@ -276,25 +286,3 @@ def _explained(record: FleetRecord, ending: RunEnding) -> FleetRecord:
         return record
     troubles = ending.reasons if record.trouble == INCOMPLETE else (record.trouble,)
     return record._replace(trouble="; ".join(filter(None, (*troubles, ending.dropped))))
-
-
-def _check(results: Results, *, resumable: bool) -> None:
-    """Check that every robot is done.
-
-    Raises:
-        RefusedByPolicyError: a robot was refused.
-        IncompleteError: another one has no complete result.
-    """
-    ended = [(result.name, result.ended) for result in results.values() if result.ended]
-    troubled = [(name, end) for name, end in ended if end.status is not Status.DONE]
-    if not troubled:
-        return
-    refused = [(name, end) for name, end in troubled if end.status is Status.REFUSED]
-    many = f"{len(refused or troubled)} of {len(results)} robots"
-    named = [f"{name} ({end.trouble})" for name, end in (refused or troubled)[:_NAMED]]
-    more = [f"and {len(refused or troubled) - _NAMED} more"] if len(refused or troubled) > _NAMED else []
-    listed = ", ".join((*named, *more))
-    if refused:
-        raise RefusedByPolicyError(f"{many} refused: {listed}", refused[0][1].hint)
-    hint = "to finish what can be finished, repeat the command with --resume" if resumable else ""
-    raise IncompleteError(f"{many} without a complete result: {listed}", hint or troubled[0][1].hint)

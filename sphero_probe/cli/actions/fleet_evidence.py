@@ -4,27 +4,38 @@ from pathlib import Path
 
 from sphero_probe.cli.actions.evidence import write_evidence
 from sphero_probe.cli.actions.fleet import Asked, Results, run_fleet
+from sphero_probe.cli.fleet_dry_run import show_fleet_dry_run
 from sphero_probe.cli.messages import say
 from sphero_probe.cli.values import FleetConnectOptions, Output
 from sphero_probe.errors import OutputError
 from sphero_probe.fleet.evidence import EvidenceAction
+from sphero_probe.fleet.on_robot import FleetConsent
 
 
 def fleet_evidence(
-    output: Output, connecting: FleetConnectOptions, folder: str | None, idle: float | None
+    output: Output,
+    connecting: FleetConnectOptions,
+    folder: str | None,
+    idle: float | None,
+    *,
+    dry_run: bool,
 ) -> None:
-    """Collect evidence on each robot, and write it if a folder is named.
+    """Collect evidence on each robot, and write it if a folder is named; or show what would be sent.
 
     Args:
         output: where and how to report the robots.
         connecting: which robots, and how to connect.
         folder: where to write two files per robot, None to write none.
         idle: seconds without a command at the end, None for none.
+        dry_run: send and write nothing.
 
     Raises:
         OutputError: the folder or a file cannot be written.
         SpheroProbeError: as ``run_fleet`` does.
     """
+    if dry_run:
+        show_fleet_dry_run("evidence", output, connecting, lambda _: EvidenceAction(), FleetConsent())
+        return
     results: Results = {}
     asked = Asked(lambda _: EvidenceAction(idle or 0.0))
     try:

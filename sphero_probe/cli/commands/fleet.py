@@ -7,6 +7,7 @@ import click
 
 from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.fleet_options import (
+    FLEET_DRY_RUN,
     adapters_option,
     devices_option,
     fleet_asking_options,
@@ -17,6 +18,7 @@ from sphero_probe.cli.fleet_options import (
 )
 from sphero_probe.cli.options import output_options, seconds_option
 from sphero_probe.cli.strict import StrictCommand
+from sphero_probe.cli.strict_group import OptionlessGroup
 from sphero_probe.cli.values import FleetAskOptions, FleetConnectOptions, FleetJournalOptions, Output
 from sphero_probe.cli.what_options import led_options, range_options
 
@@ -26,7 +28,7 @@ _matrix = click.option(
 )
 
 
-@click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("fleet", cls=OptionlessGroup, context_settings={"help_option_names": ["-h", "--help"]})
 def command() -> None:
     """Run one action on many robots at once, and compare them.
 
@@ -67,6 +69,7 @@ def sweep(
     cid: str | None,
     plan: str | None,
     payload: str | None,
+    capture: str | None,
     *,
     matrix: bool,
 ) -> None:
@@ -79,7 +82,8 @@ def sweep(
     from sphero_probe.cli.actions.fleet import fleet_sweep
     from sphero_probe.cli.actions.sweep import SweepOptions
 
-    fleet_sweep(output, journal, connecting, asking, SweepOptions(did, cid, plan, payload), matrix=matrix)
+    options = SweepOptions(did, cid, plan, payload, capture)
+    fleet_sweep(output, journal, connecting, asking, options, matrix=matrix)
 
 
 @command.command("discover", cls=StrictCommand)
@@ -127,16 +131,24 @@ def discover(
     most=3600,
     about="At the end, send nothing for this long, to see when each robot sleeps.",
 )
+@FLEET_DRY_RUN
 @robots_options
 @output_options
-def evidence(output: Output, connecting: FleetConnectOptions, folder: str | None, idle: float | None) -> None:
+def evidence(
+    output: Output,
+    connecting: FleetConnectOptions,
+    folder: str | None,
+    idle: float | None,
+    *,
+    asking_dry_run: bool,
+) -> None:
     """Collect evidence on each robot, under the same rules as the command evidence.
 
     Example: sphero-probe fleet evidence --device fake:bolt-plus --device fake:rvr
     """
     from sphero_probe.cli.actions.fleet_evidence import fleet_evidence
 
-    fleet_evidence(output, connecting, folder, idle)
+    fleet_evidence(output, connecting, folder, idle, dry_run=asking_dry_run)
 
 
 @command.command("led", cls=StrictCommand)

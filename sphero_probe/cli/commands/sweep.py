@@ -5,7 +5,6 @@ from functools import partial
 import click
 
 from sphero_probe.cli.check_options import check_options
-from sphero_probe.cli.complete.lazily import offer
 from sphero_probe.cli.options import (
     asking_options,
     device_options,
@@ -18,14 +17,7 @@ from sphero_probe.cli.what_options import range_options
 
 
 @click.command("sweep", cls=StrictCommand, words_belong_to="--did")
-@partial(range_options, plans="A plan file, the name of a shipped plan, or spherov2-claims.")
-@click.option(
-    "--plan-from",
-    "capture",
-    metavar="FILE",
-    help="Ask the commands that a capture of the maker's app holds.",
-    shell_complete=offer("files"),
-)
+@range_options
 @asking_options
 @device_options
 @partial(journal_options, resume=True)

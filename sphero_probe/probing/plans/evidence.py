@@ -78,7 +78,7 @@ def _order(generation: Generation, robot: Robot | None, target: int | None) -> I
     if echo is None:
         return
     for did, cid in ((IMPOSSIBLE_DIDS[0], 0), (echo.did, IMPOSSIBLE_CIDS[0])):
-        for length in (0, WRONG_LENGTH):
+        for length in (WRONG_LENGTH, 0):
             yield Command(did, cid, bytes(length), target)
     for row, node in absent_rows(generation, robot):
         at = target if target is None or node is None else Address.from_byte(target).with_node(node).byte

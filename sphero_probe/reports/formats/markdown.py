@@ -16,9 +16,12 @@ class MarkdownList:
         self._view = view
         self._style = style
         self._rows: list[list[str]] = []
+        self._below = MarkdownList(out, view.below, style) if view.below and view.below.heading else None
 
     def add(self, row: Row) -> None:
-        """Keep a row of the view's type."""
+        """Keep a row of the view's type, or of the view below it."""
+        if self._below:
+            self._below.add(row)
         if row.type == self._view.type:
             self._rows.append([self._cell(column, row) for column in self._view.table_columns])
 
@@ -36,6 +39,9 @@ class MarkdownList:
                 self._writer.table(("What", "Value"), pairs)
         else:
             self._writer.table(titles, self._rows, [column.right for column in self._view.table_columns])
+        if self._below:
+            self._writer.heading(2, self._below._view.heading)  # noqa: SLF001 - another of this class
+            self._below.close()
 
 
 def report(out: TextIO, *, view: View, style: Style) -> Report:

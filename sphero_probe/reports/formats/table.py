@@ -14,27 +14,43 @@ _LEGEND: Final = 16
 class ListTable:
     """Collects the view's rows and writes them at the end, without empty columns."""
 
-    def __init__(self, out: TextIO, view: View, style: Style) -> None:
-        self._writer = TerminalWriter(out, style)
+    def __init__(self, out: TextIO, view: View, style: Style, writer: TerminalWriter | None = None) -> None:
+        self._writer = writer or TerminalWriter(out, style)
         self._view = view
         self._rows: list[tuple[str, ...]] = []
         self._legend: dict[str, None] = {}
+        below = view.below if view.below and view.below.heading else None
+        self._below = ListTable(out, below, style, self._writer) if below else None
 
     def add(self, row: Row) -> None:
-        """Keep a row of the view's type."""
+        """Keep a row of the view's type, or of the view below it."""
+        if self._below:
+            self._below.add(row)
         if row.type == self._view.type:
             self._rows.append(tuple(column.render(row.data) for column in self._view.table_columns))
             self._legend.update(dict.fromkeys(self._view.legend(row.data)))
 
     def close(self) -> None:
         """Write the page."""
+        self._write()
+        if self._below:
+            self._below.write_below()
+        self._writer.flush()
+
+    def write_below(self) -> None:
+        """Write the list under its heading below another one, if it has rows."""
+        if self._rows:
+            self._writer.skip()
+            self._writer.say(self._view.heading, "bold")
+            self._write()
+
+    def _write(self) -> None:
         if not self._rows:
             self._writer.say(self._view.empty)
         elif self._view.upright:
             self._upright()
         else:
             self._grid()
-        self._writer.flush()
 
     def _grid(self) -> None:
         columns = self._view.table_columns
@@ -74,7 +90,7 @@ def report(out: TextIO, *, view: View, style: Style) -> Report:
         from sphero_probe.reports.formats.diff_table import DiffTable  # noqa: PLC0415 - likewise
 
         return DiffTable(out, style)
-    if view.below:
+    if view.below and not view.below.heading:
         from sphero_probe.reports.formats.fleet_table import FleetTable  # noqa: PLC0415 - likewise
 
         return FleetTable(ListTable(out, view, style), ListTable(out, view.below, style), out, style)

@@ -245,6 +245,14 @@ _add(
 )
 _add("stubs", "says 0x03 of every command that cannot exist", Firmware(rows=BOLT, impossible=_stubs))
 _add("stubs in one device", "does so in the LEDs only", Firmware(rows=BOLT, impossible=_stubs_in_leds))
+_add(
+    "the impossible exists",
+    "has commands without arguments at ids where none should be, and they move, sleep and erase",
+    (
+        *BOLT,
+        *(Row(1, did, cid, "", Effect.BRICK) for did in (0x11, 0x13, 0x1A) for cid in (0xFD, 0xFC, 0xFB)),
+    ),
+)
 _add("yes-man", "says success to every command that cannot exist", Firmware(rows=BOLT, impossible=_yes))
 _add("silent on the impossible", "answers what exists only", Firmware(rows=BOLT, impossible=_hush))
 _add(
