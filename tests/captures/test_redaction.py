@@ -27,6 +27,7 @@ from sphero_probe.protocol.v1 import V1
 from tests.support import capture_writers as writers
 from tests.support.capture_conversation import (
     START,
+    Att,
     foreign,
     found_v1,
     found_v2,
@@ -309,3 +310,55 @@ def test_a_damaged_capture_is_redacted_as_far_as_it_is_read(
             made = redacted(file)
             assert KEY not in made
             assert COMMENT not in made
+
+
+NAMED = b"\x0cZoe's ball\0"
+"""A value with a name that nothing else in the capture tells."""
+
+
+def with_v1(*said: tuple[bool, bytes]) -> list[Att]:
+    return woven([*found_v2(), *PERSONAL_V2], [*found_v1(), *PERSONAL_V1, *said], foreign())
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        pytest.param(_event(0x3E, b"\x11\0\0" + b"Zoe's ball"), id="a report became another event"),
+        pytest.param(_command(0x200D, bytes(12) + b"Zoe's ball"), id="a name became parameters"),
+        pytest.param(
+            _event(0x3E, b"\x02\1\0\1" + bytes(6) + b"\x0c\x0b\x0dZoe's ball" + b"\xc0"), id="name as class"
+        ),
+        pytest.param(
+            _event(0x3E, b"\x02\1\0\1" + bytes(6) + b"\x0c\x0b\x03Zoe's ball" + b"\xc0"),
+            id="name as services",
+        ),
+    ],
+)
+def test_a_name_in_the_wrong_place_does_not_stay(record: writers.Hci) -> None:
+    """Each was found by damaging captures at random."""
+    made = redacted(writers.btsnoop([record, *HCI]))
+    assert b"Zoe's ball" not in made
+
+
+@pytest.mark.parametrize("opcode", [0x05, 0x07, 0x08, 0x10, 0x11])
+def test_a_value_that_looks_like_discovery_does_not_stay(opcode: int) -> None:
+    value = bytes((opcode,)) + NAMED.rjust(20, b"\1")
+    assert b"Zoe's ball" not in redacted(writers.btsnoop(writers.hci(with_v1((False, value)))))
+
+
+@pytest.mark.parametrize("link", [251, 256, 272])
+def test_what_a_damaged_length_swallows_does_not_stay(link: int) -> None:
+    raw = [packet._replace(data=packet.data + b"Zoe's ball") for packet in radio(TALK, link)]
+    made = redacted(writers.pcap(raw))
+    assert len(made) > sum(len(packet.data) for packet in raw) / 4
+    assert b"Zoe's ball" not in made
+
+
+def test_an_answer_to_another_command_than_it_seems_keeps_no_text() -> None:
+    """In V1, damage to the id of a command makes its answer that of another one."""
+    name = bytes.fromhex("ffff0014") + bytes((len(NAMED) + 1,)) + NAMED
+    answer = name + bytes((~sum(name[2:]) & 0xFF,))
+    command = bytes.fromhex("ffff02201401")
+    said = [write(0x0E, command + bytes((~sum(command[2:]) & 0xFF,))), notify(0x11, answer)]
+    made = redacted(writers.btsnoop(writers.hci(with_v1(*said))))
+    assert b"Zoe's ball" not in made

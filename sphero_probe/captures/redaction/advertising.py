@@ -5,11 +5,14 @@ From the Bluetooth Core Specification Supplement, part A, and the assigned numbe
 
 from typing import Final
 
-from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
+from sphero_probe.captures.redaction.pseudonyms import Pseudonyms, without_text
 
 _NAMES: Final = frozenset({0x08, 0x09})
-_KEPT: Final = frozenset({0x01, *range(0x02, 0x08), 0x0A, 0x0D, 0x12, 0x14, 0x15, 0x19, 0x1A, 0x1C, 0x27})
-"""Flags, lists of services, power, class, intervals, appearance, role."""
+_FIXED: Final = {0x01: 1, 0x0A: 1, 0x0D: 3, 0x12: 4, 0x19: 2, 0x1A: 2, 0x1C: 1, 0x27: 8}
+"""Flags, power, class, intervals, appearance, role, features -> bytes; a name may be of another length."""
+_SERVICES: Final = {0x02: 2, 0x03: 2, 0x14: 2, 0x04: 4, 0x05: 4, 0x06: 16, 0x07: 16, 0x15: 16}
+"""Lists of services -> bytes of each."""
+_UUID: Final = 16
 _ADDRESSES: Final = frozenset({0x17, 0x18})
 """Public and random target addresses."""
 _MANUFACTURER: Final = 0xFF
@@ -31,8 +34,10 @@ def redacted_advertising(data: bytes, pseudonyms: Pseudonyms) -> bytes:
 def _redacted(kind: int, value: bytes, pseudonyms: Pseudonyms) -> bytes:
     if kind in _NAMES:
         return pseudonyms.name(value)
-    if kind in _KEPT:
+    if _FIXED.get(kind) == len(value):
         return value
+    if (size := _SERVICES.get(kind)) and len(value) % size == 0:
+        return value if size == _UUID else without_text(value)  # the robots' own UUIDs are text
     if kind in _ADDRESSES:
         whole = len(value) // 6 * 6
         made = b"".join(pseudonyms.reversed_address(value[at : at + 6]) for at in range(0, whole, 6))

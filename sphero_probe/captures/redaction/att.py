@@ -10,7 +10,7 @@ from typing import Final
 
 from sphero_probe.captures.att import Attributes
 from sphero_probe.captures.redaction.frames import FrameStream
-from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
+from sphero_probe.captures.redaction.pseudonyms import Pseudonyms, without_text
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.gatt import PROFILES
 from sphero_probe.protocol.packets import Generation
@@ -24,10 +24,19 @@ _KEPT: Final = {
     **dict.fromkeys((0x13, 0x19, 0x1E), (1,)),
     **dict.fromkeys((0x02, 0x03, 0x0A), (3,)),
     **dict.fromkeys((0x01, 0x04, 0x0C), (5,)),
-    **dict.fromkeys((0x08, 0x10), (7, 21)),
-    **dict.fromkeys((0x05, 0x07, 0x11), range(1 << 16)),
+    **dict.fromkeys((0x08, 0x10), (7,)),
 }
 """Opcode of a packet that is kept -> the lengths that it has."""
+_LISTS: Final = {0x05: {1: 4, 2: 18}, 0x11: {6: 6, 20: 20}}
+"""Opcode of a list of UUIDs -> its first byte -> the width of a row."""
+_HANDLES: Final = 0x07
+_SHORT_ROW: Final = 6
+"""Bytes of the longest row with a UUID of two bytes."""
+_TYPES: Final = frozenset({0x08, 0x10})
+_LONG_REQUEST: Final = 21
+"""Bytes of a request for attributes of a type of 16 bytes."""
+_BASE: Final = bytes.fromhex("fb349b5f80000080001000")
+"""With what a UUID on Bluetooth's own base begins, on the wire."""
 _FIND_VALUE, _BY_TYPE, _BY_TYPE_ANSWER, _READ, _READ_ANSWER = 0x06, 0x08, 0x09, 0x0A, 0x0B
 _BLANKED: Final = frozenset({0x0D, 0x0F, 0x21})
 """Answers to reads of long values and of several values."""
@@ -76,8 +85,8 @@ class RobotAtt:
             self._asked[sent] = int.from_bytes(body[4:6], "little") if len(body) == 6 else 0
         elif code == _READ:
             self._reads[sent] = handle
-        if code in _KEPT:
-            settle(packet if len(packet) in _KEPT[code] else None)
+        if code in _KEPT or code in _LISTS or code == _HANDLES:
+            settle(_discovery(packet))
         elif code in _WRITES | _TELLS:
             self._value(code in _WRITES, sent, packet, settle)
         elif code == _TELL_MANY:
@@ -176,3 +185,17 @@ class RobotAtt:
             made += rows[at : at + 2]
             made += self._pseudonyms.name(value) if asked == _DEVICE_NAME else bytes(len(value))
         return made
+
+
+def _discovery(packet: bytes) -> bytes | None:
+    """Return a packet of discovery, None where damage may have made it of somebody's value."""
+    code, body = packet[0], packet[1:]
+    if code in _KEPT:
+        if code in _TYPES and len(packet) == _LONG_REQUEST and body[4:].startswith(_BASE):
+            return packet
+        return packet if len(packet) in _KEPT[code] else None
+    head = 0 if code == _HANDLES else 1
+    width = 4 if code == _HANDLES else _LISTS[code].get(body[0] if body else 0, 0)
+    if not width or (len(body) - head) % width:
+        return None
+    return packet if width > _SHORT_ROW else packet[: 1 + head] + without_text(body[head:])

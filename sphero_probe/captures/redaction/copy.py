@@ -18,7 +18,7 @@ from sphero_probe.captures.reader import READERS, Capture
 from sphero_probe.captures.record import HCI_H4, HCI_H4_DIRECTION, LINUX_MONITOR, Record
 from sphero_probe.captures.redaction.att import RobotAtt
 from sphero_probe.captures.redaction.frames import identifying_spans, payload_of
-from sphero_probe.captures.redaction.link_layer import with_payload
+from sphero_probe.captures.redaction.link_layer import trimmed, with_payload
 from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
 from sphero_probe.captures.redaction.records import ON_AIR, SERIAL, redacted_record
 from sphero_probe.captures.source import Source
@@ -186,7 +186,8 @@ def _settle(origins: "list[_Origin] | tuple[_Origin, ...]", old: bytes, new: byt
     """Put what stands for the bytes of some records into them; only the last one changes its length."""
     for number, (held, size) in enumerate(origins):
         if new is None or new == old:
-            held.settle(None if new is None else held.record)
+            kept = trimmed(held.record) if held.record.link in ON_AIR else held.record
+            held.settle(None if new is None else kept)
             continue
         last = number == len(origins) - 1
         piece, new_rest = (new, b"") if last else (new[:size], new[size:])

@@ -4,12 +4,11 @@ A frame may be spread over several values. Its bytes go back into the same value
 change its length, if the new checksum is escaped and the old one was not, or the other way round.
 """
 
-import re
 from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
+from sphero_probe.captures.redaction.pseudonyms import Pseudonyms, without_text
 from sphero_probe.catalogue.capture_context import CaptureContext
 from sphero_probe.catalogue.commands import rows_of
 from sphero_probe.catalogue.model import NO_DEVICE, Kind
@@ -27,8 +26,6 @@ from sphero_probe.protocol.packets import (
 )
 
 _MAX_HELD: Final = 1 << 16
-_READABLE: Final = re.compile(rb"[ -~]{4,}")
-"""Text of unknown meaning, which may be a part of a name or of an address."""
 _ROLES: Final = {True: Role.ROBOT, False: Role.HOST, None: Role.OBSERVER}
 
 Settle = Callable[[bytes], None]
@@ -64,6 +61,17 @@ def identifying_spans(packet: Packet, generation: Generation) -> tuple[Span, ...
     layouts = (row.request if asked else row.response for row in rows if row.kind is kind)
     found = (layout.identifying_spans(payload_of(packet)) for layout in layouts if layout)
     return next(filter(None, found), ())
+
+
+def _is_understood(response: Response, generation: Generation) -> bool:
+    """Whether it is sure what a completed response answers; V1 only where the payload fits as well."""
+    if generation is Generation.V2:
+        return True
+    if response.did is None or response.cid is None:
+        return False
+    rows = rows_of(generation, response.did, response.cid)
+    layouts = [row.response for row in rows if row.kind is Kind.COMMAND and row.response]
+    return not response.payload or any(layout.accepts(len(response.payload)) for layout in layouts)
 
 
 class _Part:
@@ -130,8 +138,8 @@ class FrameStream:
             made += payload[at:start] + self._pseudonyms.value(field, payload[start:end])
             at = end
         made = self._pseudonyms.everywhere(made + payload[at:])
-        if isinstance(completed, Response) and completed.did is None:
-            made = _without_text(made)  # of a command that is not in the capture: it may be a name
+        if isinstance(completed, Response) and not _is_understood(completed, self._generation):
+            made = without_text(made)  # it may be a name: a V1 response does not say what it answers
         if made == payload:
             return raw
         if isinstance(packet, Request):
@@ -141,7 +149,7 @@ class FrameStream:
         return CODECS[self._generation].frame_of(changed)
 
     def _unreadable(self, damaged: bytes) -> bytes:
-        return _without_text(self._pseudonyms.everywhere(damaged))
+        return without_text(self._pseudonyms.everywhere(damaged))
 
     def _put(self, size: int, new: bytes) -> None:
         """Replace the first bytes that are held."""
@@ -154,7 +162,3 @@ class FrameStream:
             part.made, new = (part.made + new[:taken], new[taken:]) if size else (part.made + new, b"")
             if not part.left:
                 self._parts.popleft().settle(part.made)
-
-
-def _without_text(data: bytes) -> bytes:
-    return _READABLE.sub(lambda found: b"x" * len(found[0]), data)

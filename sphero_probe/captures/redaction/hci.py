@@ -7,11 +7,11 @@ keeps its code and its length, and its parameters become zeros.
 from typing import Final, NamedTuple
 
 from sphero_probe.captures.redaction.advertising import redacted_advertising
-from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
+from sphero_probe.captures.redaction.pseudonyms import Pseudonyms, without_text
 
 
 class _Kept(NamedTuple):
-    """Which parameters are kept: all up to an offset, except the addresses and the name among them.
+    """Which parameters are kept: all up to an offset, except addresses, names and other text among them.
 
     Attributes:
         size: bytes that are kept at most; zeros follow.
@@ -73,7 +73,14 @@ _EVENTS: Final = {
 }
 """Code -> what is kept of its parameters."""
 _LE_EVENTS: Final = {
-    **dict.fromkeys((0x03, 0x04, 0x06, 0x07, 0x0C, 0x11, 0x12, 0x14), _KEPT),
+    0x03: _Kept(10),
+    0x04: _Kept(12),
+    0x06: _Kept(11),
+    0x07: _Kept(11),
+    0x0C: _Kept(6),
+    0x11: _Kept(1),
+    0x12: _Kept(6),
+    0x14: _Kept(4),
     0x01: _Kept(_ALL, (6,)),
     0x05: _Kept(3),
     **dict.fromkeys((0x0A, 0x29), _Kept(_ALL, (6, 12, 18))),
@@ -116,14 +123,15 @@ def redacted_event(data: bytes, pseudonyms: Pseudonyms) -> bytes | None:
 
 
 def _keep(body: bytes, kept: _Kept, pseudonyms: Pseudonyms) -> bytes:
-    made = bytearray(body[: kept.size])
+    held = body[: kept.size]
+    made = bytearray(without_text(held))  # damage may have made another command or event of a name's
     for at in kept.addresses:
-        made[at : at + 6] = pseudonyms.reversed_address(bytes(made[at : at + 6]).ljust(6, b"\0"))
+        made[at : at + 6] = pseudonyms.reversed_address(held[at : at + 6].ljust(6, b"\0"))
     if kept.name is not None:
-        text, nul, _ = bytes(made[kept.name :]).partition(b"\0")
+        text, nul, _ = held[kept.name :].partition(b"\0")
         made[kept.name :] = pseudonyms.name(text) + nul
     if kept.advertising is not None:
-        made[kept.advertising :] = redacted_advertising(bytes(made[kept.advertising :]), pseudonyms)
+        made[kept.advertising :] = redacted_advertising(held[kept.advertising :], pseudonyms)
     return bytes(made[: len(body)]).ljust(len(body), b"\0")
 
 

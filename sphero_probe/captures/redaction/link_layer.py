@@ -68,14 +68,19 @@ def redacted_advertisement(record: Record, pseudonyms: Pseudonyms) -> Record | N
 
 def redacted_control(record: Record) -> Record | None:
     """Return a control packet or an empty packet of a connection; None for others, and for parts of keys."""
-    start = radio_start(record)
-    body = record.data[start:]
+    body = record.data[radio_start(record) :]
     if len(body) < _HEAD:
         return None
     size = body[5]
     control = body[4] & _KIND == _KIND and len(body) > _HEAD and _CONTROL.get(body[_HEAD]) == size
-    kept = record.data[: start + _HEAD + size + _CRC]
-    return record._replace(data=kept) if control or not size else None
+    return trimmed(record) if control or not size else None
+
+
+def trimmed(record: Record) -> Record:
+    """Return a record without what follows its packet, which a damaged length may have added."""
+    start = radio_start(record)
+    size = record.data[start + 5] if len(record.data) > start + 5 else 0
+    return record._replace(data=record.data[: start + _HEAD + size + _CRC])
 
 
 def with_payload(record: Record, payload: bytes) -> Record | None:

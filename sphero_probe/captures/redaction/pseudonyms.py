@@ -17,6 +17,8 @@ _RANDOM_KIND: Final = 0xC0
 """Bits of the first byte of a random address that say which kind it is."""
 _LEAST: Final = 4
 """Bytes of the shortest value that is looked for in other places; shorter ones are there by chance."""
+_READABLE: Final = re.compile(rb"[ -~]{4,}")
+"""Text of unknown meaning, which may be a part of a name or of an address."""
 _MAX_KNOWN: Final = 1 << 12
 _MAX_MADE: Final = 1 << 16
 
@@ -162,3 +164,8 @@ class Pseudonyms:
         while len(made) < size:
             made += blake2b(b"%d:%b:%b" % (len(made), kind, value), key=self._salt).digest()
         return made[:size]
+
+
+def without_text(data: bytes) -> bytes:
+    """Return bytes of unknown meaning in the same length, without what people could read in them."""
+    return _READABLE.sub(lambda found: b"x" * len(found[0]), data)
