@@ -166,20 +166,21 @@ class InterruptedRunError(Exception):
         self.exit_code = 128 + number
 
 
-def nearest(word: str, known: Iterable[str], *, count: int = 1) -> list[str]:
+def nearest(word: str, known: Iterable[str], *, count: int = 1, similarity: float = 0.6) -> list[str]:
     """Return the known words that are most similar to a mistyped one.
 
     Args:
         word: what was typed.
         known: the words that exist.
         count: how many to return at most.
+        similarity: how much is enough, 1 for equal words.
 
     Returns:
         The most similar first; empty if none is similar.
     """
     from difflib import get_close_matches  # noqa: PLC0415 - slow to import, and needed only after a mistake
 
-    return get_close_matches(word, list(known), n=count)
+    return get_close_matches(word, list(known), n=count, cutoff=similarity)
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:

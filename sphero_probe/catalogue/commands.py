@@ -7,6 +7,12 @@ from sphero_probe.catalogue.model import NO_DEVICE, CommandRow, Kind, Robot
 from sphero_probe.errors import nearest
 from sphero_probe.protocol.packets import Generation
 
+_SEPARATORS = re.compile(r"[._ ]")
+_PLACEHOLDER = "unknown_0x"
+"""In the name of a command of which only the id is known."""
+_MISSPELT = 0.8
+"""From which similarity on a word is another one, misspelt."""
+
 DEVICE_NAMES: dict[Generation, dict[int, str]] = {
     Generation.V1: {0x00: "core", 0x01: "bootloader", 0x02: "sphero"},
     Generation.V2: {
@@ -110,10 +116,32 @@ def row_by_name(generation: Generation, name: str) -> CommandRow | None:
 
 
 def close_names(generation: Generation, text: str) -> list[str]:
-    """Return up to three dotted names that are most similar to a mistyped one, the nearest first."""
-    known = _by_name(generation)
-    near = nearest(_plain(text), known, count=9)
+    """Return up to three dotted names that are most similar to a mistyped one, the nearest first.
+
+    A name is also similar if its words are: ``batery`` is one of ``power.get_battery_percentage``.
+    """
+    known = {name: rows for name, rows in _by_name(generation).items() if _PLACEHOLDER not in rows[0].name}
+    typed = _plain(text)
+    by_word: dict[str, set[str]] = {}
+    for name in known:
+        for word in _words(name):
+            by_word.setdefault(word, set()).add(name)
+    alike = [
+        set().union(*(by_word[word] for word in nearest(one, by_word, count=3, similarity=_MISSPELT)))
+        for one in _words(typed)
+    ]
+    shared = sorted(set.intersection(*alike) if alike else (), key=_short_reads_first)
+    near = [*nearest(typed, known, count=9, similarity=_MISSPELT), *shared, *nearest(typed, known, count=9)]
     return list(dict.fromkeys(row.name for word in near for row in known[word]))[:3]
+
+
+def _short_reads_first(name: str) -> tuple[int, bool, str]:
+    words = _words(name)
+    return len(words), "get" not in words, name
+
+
+def _words(name: str) -> list[str]:
+    return [word for word in _SEPARATORS.split(name) if word]
 
 
 def device_by_name(generation: Generation, text: str) -> int | None:

@@ -340,6 +340,8 @@ def test_every_row_is_found_by_its_name() -> None:
         pytest.param("power.get_batery_percentage", "power.get_battery_percentage", id="dotted"),
         pytest.param("get-batery-percentage", "power.get_battery_percentage", id="bare"),
         pytest.param("enter_sof_sleep", "power.sleep", id="alias"),
+        pytest.param("voltge", "power.get_battery_voltage", id="one word of it"),
+        pytest.param("batery voltage", "power.get_battery_voltage", id="words with a blank"),
     ],
 )
 def test_close_names(text: str, first: str) -> None:
@@ -350,6 +352,15 @@ def test_close_names(text: str, first: str) -> None:
 
 def test_nothing_is_close_to_noise() -> None:
     assert close_names(V2, "zzzzzz") == []
+
+
+def test_no_name_that_is_only_an_id_is_suggested() -> None:
+    assert not [
+        name
+        for word in ("nothing", "unknown", "unknown_0x1f")
+        for name in close_names(V2, word)
+        if "0x" in name
+    ]
 
 
 def test_devices() -> None:
