@@ -18,6 +18,7 @@ from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
 from sphero_probe.captures.redaction.copy import Redaction
+from sphero_probe.captures.redaction.hci import redacted_command, redacted_event
 from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
 from sphero_probe.captures.source import Source
 from sphero_probe.catalogue.payload.fields import Field
@@ -362,3 +363,31 @@ def test_an_answer_to_another_command_than_it_seems_keeps_no_text() -> None:
     said = [write(0x0E, command + bytes((~sum(command[2:]) & 0xFF,))), notify(0x11, answer)]
     made = redacted(writers.btsnoop(writers.hci(with_v1(*said))))
     assert b"Zoe's ball" not in made
+
+
+WITH_KEYS = {
+    "encryption is enabled": struct.pack("<H", 0x40) + KEY[:10] + KEY,
+    "a long term key": struct.pack("<H", 0x40) + KEY,
+    "a link key": bytes(6) + KEY,
+    "a link key is told": bytes(6) + KEY + b"\x04",
+    "identities": bytes(7) + KEY + KEY,
+    "out of band": bytes(6) + KEY + KEY,
+    "from the vendor": KEY,
+}
+
+
+@pytest.mark.parametrize("body", WITH_KEYS.values(), ids=WITH_KEYS)
+def test_no_damage_to_a_code_keeps_a_key(body: bytes) -> None:
+    """As any command, any event, and what any command returns."""
+    pseudonyms = Pseudonyms(b"a seed")
+    made = [
+        redacted_command(struct.pack("<HB", opcode, len(body)) + body, pseudonyms)
+        for opcode in range(1 << 16)
+    ]
+    returned = [struct.pack("<BH", 1, opcode) + body for opcode in range(1 << 16)]
+    made += [redacted_event(bytes((0x0E, len(told))) + told, pseudonyms) for told in returned]
+    for code in set(range(256)) - {0x0E}:
+        first = range(256) if code == 0x3E else [body[0]]
+        made += [redacted_event(bytes((code, len(body), one)) + body[1:], pseudonyms) for one in first]
+    assert all(one is not None for one in made)
+    assert not [one for one in made if one and KEY[:10] in one]
