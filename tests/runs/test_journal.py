@@ -86,9 +86,10 @@ def ask(
                 run = Engine(plan, link, robot.name, target, recorder=journal, earlier=earlier)
             async for record in run.records():
                 records.append(record)
-                if stop_after is not None and len(run.findings) >= stop_after:
+                findings = sum(isinstance(one, Finding) for one in records)
+                if stop_after is not None and findings >= stop_after:
                     run.stop.set()
-                if unplug_after is not None and len(run.findings) >= unplug_after:
+                if unplug_after is not None and findings >= unplug_after:
                     pipe.close()
                 if kill_after is not None and len(records) >= kill_after:
                     raise KilledError
