@@ -129,7 +129,7 @@ class _TimedRobot(FakeRobot):
 def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
     """Sweep these devices of a modelled BOLT+ with the engine, as ``sphero-probe sweep`` does."""
     robot = _robot(cell, dids, seed)
-    findings: list[Finding] = []
+    findings: dict[int, Finding] = {}
     times: list[float] = []
 
     async def work() -> None:
@@ -149,13 +149,13 @@ def sweep_of(cell: Cell, dids: Sequence[int], seed: int) -> Swept:
                     times.append(now())
                 elif isinstance(record, Finding):
                     last = now()
+                    findings[record.number] = record
             times.append(last)
-            findings.extend(run.findings)
         transport.close()
 
     _run(work())
     began, called, ended = times
-    asked = [finding for finding in findings if finding.outcome is not Outcome.SKIPPED]
+    asked = [finding for finding in findings.values() if finding.outcome is not Outcome.SKIPPED]
     limit = limit_of(cell, asked)
     if ended - called < limit:
         raise AssertionError(f"faster than its link: {cell}, seed {seed}")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import codec, fleet, modelled, peers, sweep
+from benchmarks import codec, fleet, modelled, peers, sweep, whole
 from benchmarks.__main__ import main
 from benchmarks.corpus import (
     ANSWERS_ONLY,
@@ -207,3 +207,14 @@ def test_a_fleet_is_measured_with_time_and_memory() -> None:
     assert min(one.seconds, one.cpu) > 0
     if one.mebibytes and two.mebibytes:
         assert 10 < one.mebibytes <= two.mebibytes * 1.1
+
+
+def test_a_whole_sweep_is_measured_and_resumed(tmp_path: Path) -> None:
+    journal = tmp_path / "run.jsonl"
+    swept = whole.sweep(1, "--journal", str(journal))
+    held = journal.read_bytes()
+    journal.write_bytes(held[: len(held) // 2])
+    resumed = whole.resume(journal)
+    assert min(swept.cpu, resumed.cpu) > 0
+    assert journal.read_bytes().count(b'"type":"finding"') >= 256
+    assert [whole._memory("jsonl", 38.0, many, 1 << 16).verdict for many in (40.0, 80.0)] == ["met", "missed"]

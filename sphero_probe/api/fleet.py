@@ -20,6 +20,7 @@ from sphero_probe.fleet.robots import FleetRobot, fleet_of
 from sphero_probe.fleet.robots_file import read_robots
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.packed_probes import PackedProbes
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plan import sweep as probes_of_sweep
 from sphero_probe.probing.plans.discovery import discovery
@@ -98,7 +99,7 @@ class Fleet:
             options = {"did": ids_text(dids), "cid": ids_text(cids)}
             if payload is not None:
                 options["payload"] = payload.hex()
-            probes = list(probes_of_sweep(dids, cids, payload=payload))
+            probes = PackedProbes(probes_of_sweep(dids, cids, payload=payload))
             return Plan("sweep", f"DID {options['did']}", [probes]), options
 
         return self._running(PlanAction("sweep", plan_for, node_text(target)), journal=journal)

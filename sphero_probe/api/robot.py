@@ -13,6 +13,7 @@ from sphero_probe.errors import CommandSilentError, NoAnswerError, RefusedByPoli
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.failures import check as check_finding
 from sphero_probe.probing.oneshot import send_once
+from sphero_probe.probing.packed_probes import PackedProbes
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plan import sweep as probes_of_sweep
 from sphero_probe.probing.plans.discovery import discovery
@@ -162,7 +163,7 @@ class ConnectedRobot:
             UsageError: an id or node makes no sense.
         """
         dids, cids = ids_of(did, self.generation, devices=True), ids_of(cid, self.generation, devices=False)
-        probes = list(probes_of_sweep(dids, cids, payload=payload))
+        probes = PackedProbes(probes_of_sweep(dids, cids, payload=payload))
         options = {"did": ids_text(dids), "cid": ids_text(cids)}
         if payload is not None:
             options["payload"] = payload.hex()

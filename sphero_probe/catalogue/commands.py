@@ -82,7 +82,8 @@ def lookup(generation: Generation, did: int, cid: int, robot: Robot | None) -> C
 
     A row that names the robot is preferred. If none does, the row with the highest risk is returned.
     """
-    return _as_understood(rows_of(generation, did, cid), robot)
+    rows = rows_of(generation, did, cid)
+    return _as_understood(rows, robot) if rows else None  # most pairs have none: a sweep asks for all
 
 
 def notification_row(

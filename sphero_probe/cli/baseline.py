@@ -54,7 +54,7 @@ class Baseline:
         )
         self._side: Side | None = None
         self._heading: Heading | None = None
-        self._findings: list[Finding] = []
+        self._findings: dict[int, Finding] = {}
         self._summary: Summary | None = None
         if self._file is None:
             if self._update:
@@ -76,21 +76,21 @@ class Baseline:
         match record:
             case Heading():
                 self._heading = record
+            case Finding() if self._file is not None:
+                self._findings[record.number] = record
             case Summary():
                 self._summary = record
 
-    def compare(self, findings: Sequence[Finding], codec: Codec, report: Report) -> None:
+    def compare(self, codec: Codec, report: Report) -> None:
         """Compare a run that has ended, and add the differences to its report; only some formats show them.
 
         Args:
-            findings: of the run.
             codec: of the robot's protocol.
             report: of the run, still open.
         """
-        self._findings = sorted(findings, key=lambda finding: finding.number)
         if self._side is None:
             return
-        observed = map(observation_of, findings)
+        observed = map(observation_of, self._findings.values())
         complete = self._summary is not None and self._summary.complete
         run = run_side("this run", "run", codec, self._heading, observed, complete=complete)
         self.diff = compare(self._side, run)
@@ -141,7 +141,8 @@ class Baseline:
         """Return the run without its notes, which are not compared."""
         heading = [heading_row(self._heading)] if self._heading else []
         summary = [summary_row(self._summary)] if self._summary else []
-        return [*heading, *map(finding_row, self._findings), *summary]
+        findings = (finding for _, finding in sorted(self._findings.items()))
+        return [*heading, *map(finding_row, findings), *summary]
 
     def show(self, output: Output) -> None:
         """Show the differences: below the run's page where there is one, else in lines on standard error."""

@@ -91,7 +91,7 @@ def run_plan(
                             heading = record
                         baseline.add(record)
                         complete = isinstance(record, Summary) and record.complete
-                baseline.compare(run.findings, session.link.codec, rows)
+                baseline.compare(session.link.codec, rows)
 
     with resume_hint(journal, connecting, consent):
         run_interruptible(interrupts, work())

@@ -69,7 +69,8 @@ class Tracker:
         self._decoder = codec.decoder(Role.HOST)
         self._waiting: dict[int, _Waiting] = {}
         self._settled: dict[_Handle, _Settled] = {}
-        self._in_order: deque[tuple[_Handle, float]] = deque()
+        self._answered: deque[tuple[_Handle, float]] = deque()
+        self._silent: deque[tuple[_Handle, float]] = deque()
         self._next = 0
         self._heard_at = float("-inf")
 
@@ -221,19 +222,19 @@ class Tracker:
         command = exchange.command
         handle = self._handle(exchange.seq, command.did, command.cid)
         self._settled[handle] = _Settled(exchange, now, reusable_at)
-        self._in_order.append((handle, now))
+        (self._silent if isinstance(exchange, Silent) else self._answered).append((handle, now))
 
     def _forget(self, now: float) -> None:
         """Forget commands that ended too long ago to be answered now."""
-        order = self._in_order
-        while order and (order[0][1] + REUSE_AFTER_SILENCE <= now or len(order) > _REMEMBERED):
-            handle, at = order[0]
-            settled = self._settled.get(handle)
-            if settled and settled.at == at:  # the number was not reused since
-                if settled.reusable_at > now:
-                    break
-                del self._settled[handle]
-            order.popleft()
+        for order in (self._answered, self._silent):  # a silent one rests longer, and must not hold up others
+            while order and (order[0][1] + REUSE_AFTER_SILENCE <= now or len(order) > _REMEMBERED):
+                handle, at = order[0]
+                settled = self._settled.get(handle)
+                if settled and settled.at == at:  # the number was not reused since
+                    if settled.reusable_at > now:
+                        break
+                    del self._settled[handle]
+                order.popleft()
 
     def _fits(self, response: Response, command: Command) -> bool:
         """Compare DID, CID and node, as far as both sides carry them."""

@@ -8,6 +8,8 @@ from sphero_probe.protocol.packets import Command
 
 WRONG_LENGTH: Final = 11
 """Length of a probe's payload: no documented command takes it, and it fills one 20-byte BLE write."""
+WRONG_PAYLOAD: Final = bytes(WRONG_LENGTH)
+"""The payload of nearly every probe of a sweep."""
 WRONG_LENGTHS: Final = frozenset({11, 13, 40})
 """Lengths that no documented fixed-length command takes [commands_v2]."""
 IMPOSSIBLE_DIDS: Final = (0xEE, 0xED, 0xEC)

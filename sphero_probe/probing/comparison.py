@@ -33,21 +33,52 @@ class Claims(NamedTuple):
     commands: set[_Triple]
 
 
-def comparisons(plan: Plan, findings: Sequence[Finding], codec: Codec) -> Iterator[Note]:
+class AbsentCommands:
+    """The absent commands and devices of a run: one bit for each command."""
+
+    def __init__(self, codec: Codec) -> None:
+        """Set the codec whose codes the answers carry."""
+        self._codec = codec
+        self._commands: defaultdict[_Device, int] = defaultdict(int)
+        self._verdicts: defaultdict[_Device, set[Verdict]] = defaultdict(set)
+
+    def __contains__(self, triple: _Triple) -> bool:
+        """Whether a probe of this command ended as absent."""
+        target, did, cid = triple
+        return bool(self._commands.get((target, did), 0) >> cid & 1)
+
+    @property
+    def devices(self) -> set[_Device]:
+        """The devices that answered every probe with 'no such device'."""
+        return {device for device, said in self._verdicts.items() if said == {Verdict.NO_DEVICE}}
+
+    def learn(self, finding: Finding) -> None:
+        """Take in one finding of the run, of any outcome."""
+        target, did, cid = _triple(finding)
+        if finding.outcome is Outcome.ABSENT:
+            self._commands[target, did] |= 1 << cid
+        if isinstance(finding.exchange, Answered):
+            self._verdicts[target, did].add(self._codec.verdict(finding.exchange.response.code))
+
+
+def comparisons(
+    plan: Plan, findings: Iterable[Finding], absent: AbsentCommands, codec: Codec
+) -> Iterator[Note]:
     """Yield what a finished plan compares: its claims, and if it verifies, the robot's own list.
 
     Args:
         plan: that was run.
-        findings: of the run.
+        findings: of the run; those of absent and of skipped commands may be missing in a plan that verifies.
+        absent: all absent commands of the run, for a plan that verifies.
         codec: whose codes the answers carry.
     """
     if plan.claimed_by and (note := _claimed_absent(plan.claimed_by, findings)):
         yield note
-    if plan.verify and (note := compare(findings, codec)):
+    if plan.verify and (note := compare(list(findings), absent, codec)):
         yield note
 
 
-def _claimed_absent(source: str, findings: Sequence[Finding]) -> Note | None:
+def _claimed_absent(source: str, findings: Iterable[Finding]) -> Note | None:
     """Return what a source claims and the robot does not have, None if it has everything."""
     absent = dict.fromkeys(_triple(one) for one in findings if one.outcome is Outcome.ABSENT)
     if not absent:
@@ -56,14 +87,15 @@ def _claimed_absent(source: str, findings: Sequence[Finding]) -> Note | None:
     return Note("comparison", text, {"claimed_by": source, "claimed_absent": _as_json(absent)})
 
 
-def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
+def compare(findings: Sequence[Finding], absent: AbsentCommands, codec: Codec) -> Note | None:
     """Return the differences: hidden (not listed), ghost (listed but absent), unknown (in no catalogue).
 
     A node that listed its devices claims to have no others. A listed device that is absent is a ghost, and so
     are all commands that it listed.
 
     Args:
-        findings: of a run.
+        findings: of a run; those of absent and of skipped commands may be missing.
+        absent: all absent commands of the run.
         codec: whose codes the answers carry.
 
     Returns:
@@ -71,8 +103,7 @@ def compare(findings: Sequence[Finding], codec: Codec) -> Note | None:
     """
     claims = claims_of(findings, codec)
     exists = [finding for finding in findings if finding.outcome is Outcome.EXISTS]
-    absent = {_triple(finding) for finding in findings if finding.outcome is Outcome.ABSENT}
-    gone = _absent_devices(findings, codec)
+    gone = absent.devices
     hidden = dict.fromkeys(triple for triple in map(_triple, exists) if _is_hidden(triple, claims))
     ghosts = sorted((triple for triple in claims.commands if triple in absent or triple[:2] in gone), key=str)
     unknown = dict.fromkeys(_triple(finding) for finding in exists if finding.knowledge is None)
@@ -135,16 +166,6 @@ def _successes(findings: Iterable[Finding], codec: Codec) -> Iterator[tuple[Find
         exchange = finding.exchange
         if isinstance(exchange, Answered) and codec.verdict(exchange.response.code) is Verdict.OK:
             yield finding, exchange.response
-
-
-def _absent_devices(findings: Iterable[Finding], codec: Codec) -> set[_Device]:
-    """Return the devices that answered every probe with 'no such device'."""
-    verdicts: defaultdict[_Device, set[Verdict]] = defaultdict(set)
-    for finding in findings:
-        exchange = finding.exchange
-        if isinstance(exchange, Answered):
-            verdicts[_triple(finding)[:2]].add(codec.verdict(exchange.response.code))
-    return {device for device, said in verdicts.items() if said == {Verdict.NO_DEVICE}}
 
 
 def _triple(finding: Finding) -> _Triple:

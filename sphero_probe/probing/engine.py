@@ -1,7 +1,6 @@
 """Run one plan on one robot. ``Engine`` is the main class of the package."""
 
 import asyncio
-from collections import Counter
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
@@ -17,8 +16,9 @@ from sphero_probe.probing.calibrator import Calibrator, Wanted
 from sphero_probe.probing.comparison import comparisons
 from sphero_probe.probing.exchange_notes import exchange_notes, exchanges_kept
 from sphero_probe.probing.executions import Executions
-from sphero_probe.probing.finding import Finding, Note, Record, Summary
+from sphero_probe.probing.finding import Finding, Note, Outcome, Record, Summary
 from sphero_probe.probing.introduction import SeenClient, introduce
+from sphero_probe.probing.kept_findings import KeptFindings
 from sphero_probe.probing.nodes import survey_notes
 from sphero_probe.probing.notes import note_of, slow_note, tolerance_notes, unavailable_notes
 from sphero_probe.probing.oneshot import heading_of
@@ -57,7 +57,6 @@ class Engine:
         reconnect: connects to the same robot again; None never reconnects.
         line: how the robot is reached, for the heading: ``BLE`` or ``UART``.
         on_step: called with the name of each step of the introduction as it begins.
-        findings: so far, in the order they were settled.
         total: probes of the stages that have begun.
     """
 
@@ -72,8 +71,8 @@ class Engine:
     reconnect: Reconnect | None = None
     line: str = ""
     on_step: Callable[[str], None] = lambda _: None
-    findings: list[Finding] = field(default_factory=list)
     total: int = 0
+    _findings: KeptFindings = field(init=False)
     _prober: Prober = field(init=False)
     _line: Reconnector = field(init=False)
     _pipeline: Pipeline = field(init=False)
@@ -86,6 +85,7 @@ class Engine:
     _unsolicited: list[Unsolicited] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self._findings = KeptFindings(self.plan, self.link.codec)
         self._line = Reconnector(self.link, self.target, self.stop, self.reconnect)
         self._prober = Prober(self._line, self.target)
         self._prober.announce, self._prober.intend = self.announce, self.recorder.intend
@@ -93,7 +93,7 @@ class Engine:
         self._pipeline = Pipeline(self._prober, self._line, self.stop, self._executions, self._notes.append)
         health = self._pipeline.health
         self._calibrator = Calibrator(self._prober, self._executions, health, verify=self.plan.verify)
-        self._results = Results(self._prober, self.recorder, self._executions, self.findings)
+        self._results = Results(self._prober, self.recorder, self._executions, self._findings)
         self._pipeline.on_answer = self._results.judge
         self._meter = ProgressMeter(self.plan, self._prober, self.earlier.findings)
         self._verifier = Verifier(
@@ -128,14 +128,14 @@ class Engine:
         for index, stage in enumerate(self.plan.stages):
             if self._over:
                 break
-            by_number = sorted(self.findings, key=lambda finding: finding.number)
-            probes = probes_of(self.plan, stage, by_number)
+            probes = probes_of(self.plan, stage, self._findings.for_stage(index))
+            self._findings.begin(index)
             if index == 0:
                 for record in await self._introduction(probes):
                     yield record
             async for record in self._stage(probes, index):
                 if isinstance(record, Finding):
-                    self.findings.append(record)
+                    self._findings.add(record)
                     self._meter.add(record)
                 yield record
         if self.plan.verify and not self._over:
@@ -146,15 +146,16 @@ class Engine:
         for record in chain[Record](self._take_notes(), changed):
             yield record
         self._notes += tolerance_notes(self._line.link.tolerated)
-        self._notes += unavailable_notes(self.findings, self.link.codec, self.link.policy.robot)
+        self._notes += unavailable_notes(self._findings, self.link.codec, self.link.policy.robot)
         for note in self._take_notes():
             yield note
-        for difference in comparisons(self.plan, self.findings, self.link.codec):
+        absent = self._findings.absent()
+        for difference in comparisons(self.plan, self._findings, absent, self.link.codec):
             yield difference
         yield Summary(
-            dict(Counter(finding.outcome for finding in self.findings)),
+            {word: self._findings.counts[word] for word in Outcome if self._findings.counts[word]},
             loop.time() - began,
-            sum(finding.attempts > 0 for finding in self.findings),
+            self._findings.sent,
             self._line.frames_sent,
             complete=not (
                 self._over or self._results.is_incomplete or self._executions.commands or self._pipeline.dead

@@ -22,6 +22,9 @@ class Outcome(StrEnum):
     SENT = "sent"
     """No answer was asked for, so that silence says nothing; only a single command ends so."""
 
+    # That of an enumeration is written in Python, and every finding is counted.
+    __hash__ = str.__hash__
+
 
 class Confidence(StrEnum):
     """How far an outcome can be trusted."""

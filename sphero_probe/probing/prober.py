@@ -12,7 +12,7 @@ from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.length_checks import REJECTIONS_WANTED
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent
-from sphero_probe.link.wrong_lengths import WRONG_LENGTH, is_impossible
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH, WRONG_PAYLOAD, is_impossible
 from sphero_probe.probing.attempt import Announce, PreparedProbe, ProbeResult
 from sphero_probe.probing.calibration import Calibration
 from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters
@@ -101,7 +101,7 @@ class Prober:
         if command.target is None:
             command = command._replace(target=self.target)
         if not probe.exact and not command.payload:
-            command = command._replace(payload=bytes(WRONG_LENGTH))
+            command = command._replace(payload=WRONG_PAYLOAD)
         return bool(self.link.policy.assess(command).blocked)
 
     async def calibrate(
@@ -290,11 +290,11 @@ def payload_for(row: CommandRow | None, consent: Consent) -> bytes:
         consent: what was allowed.
     """
     if row is None or row.kind is Kind.NOTIFICATION:
-        return bytes(WRONG_LENGTH)
+        return WRONG_PAYLOAD
     if row.risk is Risk.READ or row.risk in consent.allowed:
         if row.sample is not None:
             return row.sample
         return row.request.zeros() if row.request else b""
     if row.risk is Risk.WRITE and row.request and row.request.accepts(WRONG_LENGTH):
         return b""  # too short for a command that takes any length from some minimum on
-    return bytes(WRONG_LENGTH)
+    return WRONG_PAYLOAD

@@ -5,6 +5,7 @@ import asyncio
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Finding, Outcome
 from sphero_probe.probing.judge import finding_of
+from sphero_probe.probing.kept_findings import KeptFindings
 from sphero_probe.probing.notes import node_name
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.readings import Readings
@@ -17,14 +18,14 @@ class Results:
     """Judges the settled probes of one run.
 
     Attributes:
-        findings: so far.
+        findings: that something may still read.
         firmware: node name -> version, for what the catalogue knows about it.
         readings: which notifications may answer which readings.
         is_incomplete: whether a node could not be asked.
     """
 
     def __init__(
-        self, prober: Prober, recorder: Recorder, executions: Executions, findings: list[Finding]
+        self, prober: Prober, recorder: Recorder, executions: Executions, findings: KeptFindings
     ) -> None:
         self.findings = findings
         self.firmware: dict[str, str] = {}
@@ -61,6 +62,6 @@ class Results:
 
     def replace(self, old: Finding, new: Finding) -> Finding:
         """Let a finding take the place of an earlier one of the same probe; record and return it."""
-        self.findings[self.findings.index(old)] = new
+        self.findings.replace(old, new)
         self._recorder.record(new)
         return new

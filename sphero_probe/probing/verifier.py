@@ -56,8 +56,7 @@ class Verifier:
             The findings that they change; each replaces its first one as it is taken.
         """
         self._meter.wait()
-        by_number = {finding.number: finding for finding in self._results.findings}
-        return self._answered_late(by_number, await self._pipeline.wait_for_late())
+        return self._answered_late(await self._pipeline.wait_for_late())
 
     def _answered(self, settled: SettledProbe) -> Finding:
         """Return the finding of an answer; it is recorded only if it differs from the first."""
@@ -73,12 +72,10 @@ class Verifier:
             if changed := contradiction(old, probe.finding or self._results.finding_of(probe)):
                 yield self._results.replace(old, changed)
 
-    def _answered_late(
-        self, by_number: dict[int, Finding], settled: Sequence[SettledProbe]
-    ) -> Iterator[Finding]:
+    def _answered_late(self, settled: Sequence[SettledProbe]) -> Iterator[Finding]:
         for probe in settled:
-            old = by_number[probe.probe.number]
-            if old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
+            old = self._results.findings.get(probe.probe.number)
+            if old and old.outcome in (Outcome.SILENT, Outcome.INCONCLUSIVE):
                 yield self._results.replace(old, self._results.finding_of(probe))
         for old, new in self._results.readings.take(self._results.findings):
             yield self._results.replace(old, new)

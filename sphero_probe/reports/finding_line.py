@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from sys import intern
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS
@@ -104,7 +105,9 @@ def line_of(data: Data, robot: Robot | None) -> FindingLine:
         shown(data.get("risk")),
         shown(data.get("outcome")),
         data.get("confidence") == Confidence.MAYBE,
-        "" if code is None else f"{phrases.hex_id(code)} {shown(data.get('code_name'))}",
+        ""
+        if code is None
+        else intern(f"{phrases.hex_id(code)} {shown(data.get('code_name'))}"),  # few differ
         state_and_answer(data),
         "; ".join(filter(None, (shown(data.get("note")), _answered_by(data, robot)))),
         rtt if isinstance(rtt, int | float) else None,

@@ -123,7 +123,8 @@ class FleetMatrix:
     """
 
     def __init__(self) -> None:
-        self._findings: defaultdict[str, dict[int, dict[str, object]]] = defaultdict(dict)
+        self._findings: defaultdict[str, dict[int, tuple[object, ...]]] = defaultdict(dict)
+        self._shared: dict[tuple[object, ...], tuple[object, ...]] = {}  # robots of a fleet are much alike
 
     def add(self, robot: str, row: Row) -> None:
         """Take a row of a run; of findings of the same number, the last counts.
@@ -134,7 +135,8 @@ class FleetMatrix:
         """
         number = row.data.get("number")
         if row.type == "finding" and isinstance(number, int):
-            self._findings[robot][number] = {key: row.data[key] for key in _KEPT}
+            kept = tuple(row.data[key] for key in _KEPT)
+            self._findings[robot][number] = self._shared.setdefault(kept, kept)
 
     def compared(self, results: Mapping[str, RobotResult]) -> Matrix:
         """Return the matrix.
@@ -151,8 +153,9 @@ class FleetMatrix:
             count = f" ({len(robots)} robots)" if len(robots) > 1 else ""
             for robot in robots[:1] if alike else robots:
                 name = f"{title}{count}" if alike else f"{results[robot].name} {title}"
-                matrix.add(name, self._findings[robot].values())
+                found = self._findings[robot].values()
+                matrix.add(name, (dict(zip(_KEPT, kept, strict=True)) for kept in found))
         return matrix
 
     def _states(self, robot: str) -> tuple[tuple[object, ...], ...]:
-        return tuple(tuple(data.values()) for _, data in sorted(self._findings[robot].items()))
+        return tuple(kept for _, kept in sorted(self._findings[robot].items()))

@@ -6,11 +6,9 @@ imported, opened as a file, or executed.
 
 import hashlib
 from collections.abc import Collection
-from functools import lru_cache
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import ROBOTS, lookup
-from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
@@ -199,16 +197,11 @@ def _finding(fields: Fields, opening: Opening) -> Finding:
         fields.one_of("confidence", CONFIDENCES),
         risk,
         exchange,
-        _row(opening.generation, command.did, command.cid, opening.robot),
+        lookup(opening.generation, command.did, command.cid, ROBOTS.get(opening.robot)),
         codec.code_name(exchange.response.code) if isinstance(exchange, Answered) else "",
         fields.whole("attempts", 0, MAX_NUMBER),
         fields.text("note", MAX_TEXT),
     )
-
-
-@lru_cache(maxsize=1 << 16)
-def _row(generation: Generation, did: int, cid: int, robot: str) -> CommandRow | None:
-    return lookup(generation, did, cid, ROBOTS.get(robot))
 
 
 def _exchange(fields: Fields, command: Command, risk: Risk, generation: Generation) -> Exchange:

@@ -6,6 +6,7 @@ run starts or resumes, an intent before every frame of a probe, findings, notes,
 """
 
 import os
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Final, Self
 
@@ -15,8 +16,9 @@ from sphero_probe.probing.attempt import PreparedProbe
 from sphero_probe.probing.finding import Finding, Heading, Record
 from sphero_probe.runs.decode import Opening
 from sphero_probe.runs.encode import encode, encode_finding, encode_intent
+from sphero_probe.runs.interrupted import InterruptedRun
 from sphero_probe.runs.lock import lock
-from sphero_probe.runs.reader import Recorded, read_descriptor
+from sphero_probe.runs.reader import check_size
 from sphero_probe.session.identity import Identity, difference
 
 _APPEND: Final = os.O_APPEND | FLAGS
@@ -27,14 +29,16 @@ class Journal:
 
     Attributes:
         path: its file.
-        recorded: what the file held when it was reopened, None for a new journal.
+        interrupted: the run that the file held when it was reopened, None for a new journal.
         resumable: enough is written to resume the run.
     """
 
-    def __init__(self, descriptor: int, path: Path, recorded: Recorded | None, *, ours: bool) -> None:
+    def __init__(
+        self, descriptor: int, path: Path, interrupted: InterruptedRun | None, *, ours: bool
+    ) -> None:
         self.path = path
-        self.recorded = recorded
-        self.resumable = recorded is not None and recorded.opening is not None
+        self.interrupted = interrupted
+        self.resumable = interrupted is not None and interrupted.opening is not None
         self._descriptor = descriptor
         self._ours = ours
         self._failed: OutputError | None = None
@@ -77,9 +81,12 @@ class Journal:
             raise OutputError(f"cannot write {path}: {why(error)}") from error
         try:
             lock(descriptor, path)
-            recorded = read_descriptor(descriptor, path)
-            journal = cls(descriptor, path, recorded, ours=False)
-            journal._repair_end(recorded)
+            check_size(descriptor, path)
+            with ExitStack() as opened:
+                interrupted = InterruptedRun(opened.enter_context(os.fdopen(os.dup(descriptor), "rb")), path)
+                journal = cls(descriptor, path, interrupted, ours=False)
+                journal._repair_end(interrupted)
+                opened.pop_all()
         except BaseException:
             os.close(descriptor)
             raise
@@ -93,6 +100,8 @@ class Journal:
 
     def close(self) -> None:
         """Close and unlock the file; delete it if this journal created it and it is still empty."""
+        if self.interrupted:
+            self.interrupted.close()
         empty = not os.fstat(self._descriptor).st_size
         os.close(self._descriptor)
         if self._ours and empty:
@@ -134,7 +143,7 @@ class Journal:
         if isinstance(record, Finding):
             self._write(encode_finding(record))
             return
-        earlier = self.recorded.headings if self.recorded else ()
+        earlier = self.interrupted.headings if self.interrupted else ()
         if isinstance(record, Heading):
             for heading in earlier:
                 check_same_robot(heading, record, self.path)
@@ -154,14 +163,14 @@ class Journal:
             )
             raise self._failed
 
-    def _repair_end(self, recorded: Recorded) -> None:
+    def _repair_end(self, interrupted: InterruptedRun) -> None:
         """Cut off a torn last line, or end it."""
-        if not recorded.is_torn:
+        if not interrupted.is_torn:
             return
         try:
-            os.ftruncate(self._descriptor, recorded.valid_bytes)
-            if recorded.valid_bytes:
-                os.lseek(self._descriptor, recorded.valid_bytes - 1, os.SEEK_SET)
+            os.ftruncate(self._descriptor, interrupted.valid_bytes)
+            if interrupted.valid_bytes:
+                os.lseek(self._descriptor, interrupted.valid_bytes - 1, os.SEEK_SET)
                 if os.read(self._descriptor, 1) != b"\n":
                     os.write(self._descriptor, b"\n")
         except OSError as error:

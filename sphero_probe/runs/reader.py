@@ -2,18 +2,14 @@
 
 import os
 import stat
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import BinaryIO, Final, NamedTuple
 
-from sphero_probe.catalogue.risk import Risk
 from sphero_probe.errors import BadInputFileError, BadLineError
 from sphero_probe.json_files import FLAGS, MAX_LINE, parse, why, without_collector
-from sphero_probe.link.exchange import Silent
 from sphero_probe.probing.finding import Finding, Heading, Note, Outcome, Record, Summary
-from sphero_probe.probing.notes import EXECUTED
-from sphero_probe.probing.recorder import PreviousResults
-from sphero_probe.runs.decode import Intent, Opening, decode
+from sphero_probe.runs.decode import Entry, Intent, Opening, decode
 
 MAX_FILE: Final = 1 << 29
 """Bytes of a journal."""
@@ -55,17 +51,6 @@ class Recorded(NamedTuple):
         words = [finding.outcome for finding in self.findings.values()]
         return {word: words.count(word) for word in Outcome if word in words}
 
-    def earlier(self) -> PreviousResults:
-        """Return which probes need not be sent again, and which must not be."""
-        settled = {number: found for number, found in self.findings.items() if not _is_open(found)}
-        doubtful = {number: sent.risk for number, sent in self.intents.items() if number not in settled}
-        lenient: set[int | None] = set()
-        for note in self.entries:
-            target = note.data.get("target") if isinstance(note, Note) and note.kind == EXECUTED else False
-            if target is None or (isinstance(target, int) and not isinstance(target, bool)):
-                lenient.add(target)
-        return PreviousResults(settled, doubtful, frozenset(lenient))
-
     def records(self) -> list[Record]:
         """Return the records of the run as if it had never been interrupted, findings by number."""
         last_profile = {
@@ -92,12 +77,6 @@ def calibrated(note: Note) -> tuple[int | None] | None:
     if note.kind != "calibration" or not (target is None or isinstance(target, int)):
         return None
     return (target,)
-
-
-def _is_open(finding: Finding) -> bool:
-    """Whether the probe was interrupted, and can be sent again without executing anything twice."""
-    unsettled = isinstance(finding.exchange, Silent) and finding.outcome is Outcome.INCONCLUSIVE
-    return unsettled and finding.risk <= Risk.PROBE
 
 
 def read_journal(path: Path) -> Recorded:
@@ -151,36 +130,15 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
         BadInputFileError: see ``read_journal``.
     """
     check_size(descriptor, path)
-    opening: Opening | None = None
     headings: list[Heading] = []
     findings: dict[int, Finding] = {}
     intents: dict[int, Intent] = {}
     entries: list[Finding | Note] = []
     summary: Summary | None = None
-    valid_bytes, is_torn = 0, False
     with os.fdopen(os.dup(descriptor), "rb") as file:
-        file.seek(0)
-        number = 0
-        while line := file.readline(MAX_LINE + 1):
-            number += 1
-            if len(line) > MAX_LINE:
-                raise BadInputFileError(f"{path}:{number}: a line of more than {MAX_LINE} bytes")
-            try:
-                data = parse(line)
-            except BadLineError as error:
-                if file.read(1) or (opening is None and not may_become_opening(line)):
-                    raise BadInputFileError(f"{path}:{number}: {error}") from error
-                is_torn = True
-                break
-            try:
-                entry = decode(data, opening)
-            except BadLineError as error:
-                raise BadInputFileError(f"{path}:{number}: {error}") from error
-            valid_bytes += len(line)
-            is_torn = not line.endswith(b"\n")
+        held = JournalEntries(file, path)
+        for _, entry in held:
             match entry:
-                case Opening():
-                    opening = entry
                 case Heading():
                     headings.append(entry)
                     summary = None
@@ -194,7 +152,67 @@ def read_descriptor(descriptor: int, path: Path) -> Recorded:
                     entries.append(entry)
                 case Summary():
                     summary = entry
-    return Recorded(path, opening, headings, findings, intents, entries, summary, valid_bytes, is_torn)
+    ends = held.valid_bytes, held.is_torn
+    return Recorded(path, held.opening, headings, findings, intents, entries, summary, *ends)
+
+
+class JournalEntries:
+    """The entries of an open journal, each with the place of its line; a torn last line is skipped.
+
+    Attributes:
+        opening: the first line, once it was read; None if nothing is written.
+        valid_bytes: bytes up to the end of the last valid line that was read.
+        is_torn: the last line is incomplete.
+    """
+
+    def __init__(self, file: BinaryIO, path: Path) -> None:
+        """Take an open file.
+
+        Args:
+            file: open for reading.
+            path: its name, for messages.
+        """
+        self._file, self._path = file, path
+        self.opening: Opening | None = None
+        self.valid_bytes = 0
+        self.is_torn = False
+
+    def __iter__(self) -> Iterator[tuple[int, Entry]]:
+        """Read the file from its start; yield the offset of each line and its entry, after the opening.
+
+        Raises:
+            BadInputFileError: a line is damaged, or this is no journal of this tool; the message names it.
+        """
+        self._file.seek(0)
+        number = 0
+        while line := self._file.readline(MAX_LINE + 1):
+            number += 1
+            try:
+                entry = self._entry(line)
+            except BadLineError as error:
+                raise BadInputFileError(f"{self._path}:{number}: {error}") from error
+            if entry is None:
+                self.is_torn = True
+                return
+            offset = self.valid_bytes
+            self.valid_bytes += len(line)
+            self.is_torn = not line.endswith(b"\n")
+            if isinstance(entry, Opening):
+                self.opening = entry
+            else:
+                yield offset, entry
+
+    def _entry(self, line: bytes) -> Entry | None:
+        """Return the entry of a line, None for a torn last line."""
+        if len(line) > MAX_LINE:
+            raise BadLineError(f"a line of more than {MAX_LINE} bytes")
+        try:
+            data = parse(line)
+        except BadLineError:
+            if self._file.read(1) or (self.opening is None and not may_become_opening(line)):
+                raise
+            return None
+        return decode(data, self.opening)
 
 
 def may_become_opening(line: bytes) -> bool:

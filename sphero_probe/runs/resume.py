@@ -97,8 +97,8 @@ class RunJournal:
     @property
     def opening(self) -> Opening | None:
         """The first line of the interrupted run's journal, None for a new run."""
-        recorded = self.journal.recorded if self.journal else None
-        return recorded.opening if recorded else None
+        interrupted = self.journal.interrupted if self.journal else None
+        return interrupted.opening if interrupted else None
 
     @property
     def place(self) -> str:
@@ -108,8 +108,8 @@ class RunJournal:
     @property
     def earlier(self) -> PreviousResults:
         """What the interrupted run has settled."""
-        recorded = self.journal.recorded if self.journal else None
-        return recorded.earlier() if recorded else PreviousResults()
+        interrupted = self.journal.interrupted if self.journal else None
+        return interrupted.earlier if interrupted else PreviousResults()
 
     def check(self, plan: Plan, consent: Consent, target: str | None) -> str | None:
         """Compare the plan, node and consent with those of the interrupted run; return the node to probe.

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import aclosing
+from contextlib import aclosing, closing
 from pathlib import Path
 
 import pytest
@@ -20,6 +20,7 @@ from sphero_probe.fleet.robots import FleetRobot, fleet_of
 from sphero_probe.link.exchange import Answered
 from sphero_probe.probing.finding import Finding
 from sphero_probe.probing.plan import Plan, sweep
+from sphero_probe.runs.interrupted import InterruptedRun
 from sphero_probe.runs.reader import read_journal
 from sphero_probe.runs.resume import RunJournal
 from tests.support.dask import Workers, said, scheduler, until, workers
@@ -65,7 +66,8 @@ async def kill_some(started: Workers, journals: Iterable[Path], settled: list[di
         await asyncio.sleep(chance.uniform(0.1, 0.7))
         started.kill(chance.choice(started.running))
         for known, journal in zip(settled, journals, strict=True):
-            known.update(read_journal(journal).earlier().findings)
+            with closing(InterruptedRun(journal.open("rb"), journal)) as interrupted:
+                known.update(interrupted.earlier.findings)
         started.start()
 
 

@@ -544,7 +544,8 @@ def held(tracker: Tracker) -> int:
     ("every", "most"),
     [
         pytest.param(None, 3 * _REMEMBERED, id="all answered"),
-        pytest.param(10, 3 * REUSE_AFTER_SILENCE / 2**-10, id="one in ten silent"),
+        pytest.param(10, 3 * (_REMEMBERED + REUSE_AFTER_SILENCE / 2**-10 / 10), id="one in ten silent"),
+        pytest.param(25_000, 3 * _REMEMBERED, id="one silent"),
     ],
 )
 def test_memory_does_not_grow(every: int | None, most: float) -> None:

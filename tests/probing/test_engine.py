@@ -103,7 +103,8 @@ def ask(
             try:
                 async for record in run.records():
                     records.append(record)
-                    if stop_after is not None and len(run.findings) >= stop_after:
+                    findings = sum(isinstance(one, Finding) for one in records)
+                    if stop_after is not None and findings >= stop_after:
                         run.stop.set()
             except LinkLostError as error:
                 lost.append(error)
@@ -200,7 +201,7 @@ class SlowOn(FakeTransport):
 def test_late_answers_are_waited_for_at_the_end_as_well() -> None:
     slow = [(0x13, 0x03), (0x13, 0x17)]
     robot = FakeRobot(parse_settings("bolt"))
-    run: list[Engine] = []
+    found: dict[tuple[int, ...], Outcome] = {}
 
     async def work() -> None:
         codec = CODECS[robot.model.generation]
@@ -209,15 +210,15 @@ def test_late_answers_are_waited_for_at_the_end_as_well() -> None:
         async with Link(pipe, codec, policy) as link:
             others = [Probe(Command(0x13, cid)) for cid in range(0x40, 0x80)]
             plan = Plan("test", "", [[Probe(Command(*slow[0])), *others, Probe(Command(*slow[1]))]])
-            run.append(Engine(plan, link, robot.name, PRIMARY))
-            async for _ in run[0].records():
-                pass
+            engine = Engine(plan, link, robot.name, PRIMARY)
+            found.update(
+                [(one.command[:2], one.outcome) async for one in engine.records() if isinstance(one, Finding)]
+            )
         pipe.close()
         if pipe._pump:
             await pipe._pump
 
     run_on_virtual_clock(work())
-    found = {finding.command[:2]: finding.outcome for finding in run[0].findings}
     assert [found[pair] for pair in slow] == [Outcome.EXISTS, Outcome.EXISTS]
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ from sphero_probe.protocol.packets import Command
 from sphero_probe.runs.decode import Opening, decode, digest_of
 from sphero_probe.runs.encode import encode
 from sphero_probe.runs.fields import Fields
+from sphero_probe.runs.interrupted import InterruptedRun
 from sphero_probe.runs.journal import Journal
 from sphero_probe.runs.reader import Recorded, read_journal
 from sphero_probe.simulator import Executed, FakeRobot, parse_settings
@@ -73,7 +75,7 @@ def ask(
     journal = None
     if path:
         journal = Journal.reopen(path) if resume else Journal.create(path)
-        if journal.recorded is None or journal.recorded.opening is None:
+        if journal.interrupted is None or journal.interrupted.opening is None:
             journal.open(opening_of(settings, plan, consent))
 
     async def work() -> None:
@@ -82,13 +84,14 @@ def ask(
         async with Link(pipe, codec, policy) as link:
             run = Engine(plan, link, robot.name, target)
             if journal:
-                earlier = journal.recorded.earlier() if journal.recorded else PreviousResults()
+                earlier = journal.interrupted.earlier if journal.interrupted else PreviousResults()
                 run = Engine(plan, link, robot.name, target, recorder=journal, earlier=earlier)
             async for record in run.records():
                 records.append(record)
-                if stop_after is not None and len(run.findings) >= stop_after:
+                findings = sum(isinstance(one, Finding) for one in records)
+                if stop_after is not None and findings >= stop_after:
                     run.stop.set()
-                if unplug_after is not None and len(run.findings) >= unplug_after:
+                if unplug_after is not None and findings >= unplug_after:
                     pipe.close()
                 if kill_after is not None and len(records) >= kill_after:
                     raise KilledError
@@ -135,7 +138,8 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Ran]:
 def check_resumed(path: Path, held: bytes, whole: Ran, settings: str = "bolt?silent=0x13:0x10") -> None:
     path.write_bytes(held)
     before = read_journal(path)
-    answered = before.earlier().findings
+    with closing(InterruptedRun(path.open("rb"), path)) as interrupted:
+        answered = dict(interrupted.earlier.findings)
     resumed = ask(settings, SMALL, path, resume=True)
     after = read_journal(path)
     assert said(after.findings) == said(whole.findings)
@@ -210,8 +214,8 @@ def test_cut_at_every_byte_of_the_last_line(tmp_path: Path, last: str) -> None:
     for cut in range(len(lines[-1]) + 1):
         path.write_bytes(before + lines[-1][:cut])
         with Journal.reopen(path) as journal:
-            assert journal.recorded
-            earlier = journal.recorded.earlier()
+            assert journal.interrupted
+            earlier = journal.interrupted.earlier
         assert path.read_bytes() == before + (lines[-1] if cut >= len(lines[-1]) - 1 else b"")
         assert len(earlier.findings) == 2 - (last == "finding" and cut < len(lines[-1]) - 1)
         if cut % 12 and cut < len(lines[-1]) - 2:

@@ -13,6 +13,7 @@ from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import ConnectOptions, Output
 from sphero_probe.errors import BadInputFileError, OutputError, SpheroProbeError, UsageError
 from sphero_probe.link.policy import Consent
+from sphero_probe.probing.finding import Finding
 from sphero_probe.probing.plans.discovery import claims
 from sphero_probe.reports.diff_rows import DIFFERENCES, count_row, diff_row, diff_rows, ending, warnings
 from sphero_probe.runs.diff import Diff, compare
@@ -120,10 +121,9 @@ def claims_of_robot(address: str) -> Side:
             connection = session.connection
             target = usual_target(connection.robot, connection.port)
             run = start_run(claims(connection.generation, target), session, None, interrupts)
-            async for _ in run.records():
-                pass
+            findings = [record async for record in run.records() if isinstance(record, Finding)]
             sides.append(
-                claims_side(address, connection.robot, connection.name, run.findings, session.link.codec)
+                claims_side(address, connection.robot, connection.name, findings, session.link.codec)
             )
 
     run_interruptible(interrupts, work())

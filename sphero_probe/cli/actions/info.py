@@ -8,7 +8,7 @@ from sphero_probe.cli.signals import Interrupts, run_interruptible
 from sphero_probe.cli.values import ConnectOptions, Output
 from sphero_probe.link.policy import Consent
 from sphero_probe.probing.facts import Fact, facts_of, facts_of_line, probes_of
-from sphero_probe.probing.finding import Heading
+from sphero_probe.probing.finding import Finding, Heading
 from sphero_probe.probing.plan import Plan
 from sphero_probe.reports.rows import Row, fact_row
 from sphero_probe.reports.views import FACTS
@@ -42,10 +42,13 @@ def show_info(output: Output, connecting: ConnectOptions) -> None:
                 [list(probes_of(names, connection.generation, robot, connection.port))],
             )
             run = start_run(plan, session, None, interrupts)
+            findings: dict[int, Finding] = {}
             async for record in run.records():
                 if isinstance(record, Heading):
                     rows.extend(map(fact_row, facts_of_line(record)))
-            for finding in sorted(run.findings, key=lambda finding: finding.number):
+                elif isinstance(record, Finding):
+                    findings[record.number] = record
+            for _, finding in sorted(findings.items()):
                 rows.extend(map(fact_row, facts_of(finding, robot)))
 
     run_interruptible(interrupts, work())

@@ -14,6 +14,7 @@ from sphero_probe.cli.run import run_plan
 from sphero_probe.cli.values import AskOptions, CheckOptions, ConnectOptions, JournalOptions, Output
 from sphero_probe.errors import BadInputFileError, UsageError
 from sphero_probe.link.policy import Consent
+from sphero_probe.probing.packed_probes import PackedProbes
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plan import sweep as probes_of
 from sphero_probe.probing.plans.claims import claims_plan, library_in
@@ -127,7 +128,7 @@ def plan_of(
     dids = id_range(options.did, generation, devices=True)
     cids = id_range(cid, generation, devices=False)
     exact = None if options.payload is None else hex_bytes(options.payload, "--payload")
-    probes = list(probes_of(dids, cids, payload=exact))
+    probes = PackedProbes(probes_of(dids, cids, payload=exact))
     again = {"did": _ids(dids), "cid": _ids(cids)}
     if exact is not None:
         again["payload"] = exact.hex()

@@ -1,18 +1,18 @@
 """The journal of a run on a worker: it lives in the client's file, and its lines are sent there."""
 
 from collections.abc import Awaitable, Callable
+from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Self
 
 from sphero_probe.probing.attempt import PreparedProbe
+from sphero_probe.runs.interrupted import InterruptedRun
 from sphero_probe.runs.journal import Journal
-from sphero_probe.runs.reader import Recorded, read_descriptor
 from sphero_probe.runs.resume import RunJournal
 
 
-def read_lines(lines: bytes, place: str) -> Recorded | None:
-    """Return what these lines of a journal hold; None if there are none.
+def read_lines(lines: bytes, place: str) -> InterruptedRun | None:
+    """Return the run whose journal has these lines; None if there are none.
 
     Args:
         lines: whole lines, from the first.
@@ -21,23 +21,22 @@ def read_lines(lines: bytes, place: str) -> Recorded | None:
     Raises:
         BadInputFileError: they are not those of a journal.
     """
-    if not lines:
-        return None
-    with TemporaryFile() as file:
-        file.write(lines)
-        file.flush()
-        return read_descriptor(file.fileno(), Path(place))
+    return InterruptedRun(BytesIO(lines), Path(place)) if lines else None
 
 
 class SentJournal(Journal):
     """A journal whose lines are sent elsewhere."""
 
-    def __init__(self, place: Path, recorded: Recorded | None, send: Callable[[bytes], None]) -> None:
-        super().__init__(-1, place, recorded, ours=False)
+    def __init__(
+        self, place: Path, interrupted: InterruptedRun | None, send: Callable[[bytes], None]
+    ) -> None:
+        super().__init__(-1, place, interrupted, ours=False)
         self._send = send
 
     def close(self) -> None:
-        """Do nothing: there is no file here."""
+        """Give up what was read; there is no file here."""
+        if self.interrupted:
+            self.interrupted.close()
 
     def _write(self, line: bytes) -> None:
         self._send(line)
@@ -77,8 +76,8 @@ class SentRunJournal(RunJournal):
         Raises:
             BadInputFileError: it is not a journal.
         """
-        recorded = read_lines(self._held, self._place)
-        self.journal = SentJournal(Path(self._place), recorded, self._send)
+        interrupted = read_lines(self._held, self._place)
+        self.journal = SentJournal(Path(self._place), interrupted, self._send)
         return self
 
     async def _announce(self, probe: PreparedProbe) -> None:

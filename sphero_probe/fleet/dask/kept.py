@@ -1,12 +1,14 @@
 """What the client keeps of the run on one robot, for the next worker if this one dies."""
 
 import zlib
+from io import BytesIO
 from pathlib import Path
 
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.fleet.dask.journal import read_lines
 from sphero_probe.fleet.records import FleetRecord
 from sphero_probe.probing.finding import Finding, Heading, Note
+from sphero_probe.runs.decode import Intent
+from sphero_probe.runs.reader import JournalEntries
 from sphero_probe.runs.resume import RunJournal
 
 
@@ -43,8 +45,8 @@ class KeptRun:
         Raises:
             BadInputFileError: the lines are not those of a journal.
         """
-        recorded = read_lines(bytes(self._lines), self.place)
-        return recorded is not None and any(intent.risk > Risk.PROBE for intent in recorded.intents.values())
+        entries = JournalEntries(BytesIO(self._lines), Path(self.place))
+        return any(isinstance(entry, Intent) and entry.risk > Risk.PROBE for _, entry in entries)
 
     def append(self, lines: bytes) -> None:
         """Write whole lines to the journal.

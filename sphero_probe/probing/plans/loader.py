@@ -9,7 +9,6 @@ import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from threading import current_thread, main_thread
 from types import FrameType
@@ -17,6 +16,7 @@ from typing import Final
 
 from sphero_probe.errors import BadInputFileError
 from sphero_probe.probing.finding import Finding
+from sphero_probe.probing.packed_probes import PackedProbes
 from sphero_probe.probing.plan import Plan, Probe, Stage
 from sphero_probe.protocol import CODECS
 from sphero_probe.protocol.packets import Command
@@ -31,26 +31,39 @@ MAX_FILE: Final = 1 << 20
 """Bytes of a plan file."""
 
 
-def probes_of(plan: Plan, stage: Stage, findings: Sequence[Finding]) -> list[Probe]:
+def probes_of(plan: Plan, stage: Stage, findings: Sequence[Finding]) -> PackedProbes:
     """Return the probes of a stage, checked.
+
+    Args:
+        plan: whose stage it is.
+        stage: probes, or what makes them.
+        findings: so far, for a stage that is made from them.
 
     Raises:
         BadInputFileError: the stage's code raises, does not end, or yields anything but probes.
     """
     where = plan.file or plan.name
     with _watched(plan.file):
-        made = stage(findings) if callable(stage) else stage
-        probes = list(islice(made, MAX_PROBES + 1))
-        if len(probes) > MAX_PROBES:
+        return PackedProbes(_checked_probes(stage(findings) if callable(stage) else stage, where))
+    raise AssertionError("_watched suppresses no error")
+
+
+def _checked_probes(made: Iterable[object], where: object) -> Iterator[Probe]:
+    """Yield what a stage made.
+
+    Raises:
+        BadInputFileError: there are too many, or one is not a probe or cannot be sent.
+    """
+    for count, probe in enumerate(made, 1):
+        if count > MAX_PROBES:
             raise BadInputFileError(f"{where}: a stage of more than {MAX_PROBES} probes")
-        for probe in probes:
-            if not isinstance(probe, Probe):
-                raise BadInputFileError(
-                    f"{where}: a stage holds {_short(probe)}, not a Probe", "write Probe(Command(did, cid))"
-                )
-            if problem := _problem(probe.command):
-                raise BadInputFileError(f"{where}: {problem}", "write Probe(Command(0x13, 0x10))")
-    return probes
+        if not isinstance(probe, Probe):
+            raise BadInputFileError(
+                f"{where}: a stage holds {_short(probe)}, not a Probe", "write Probe(Command(did, cid))"
+            )
+        if problem := _problem(probe.command):
+            raise BadInputFileError(f"{where}: {problem}", "write Probe(Command(0x13, 0x10))")
+        yield probe
 
 
 def load_plan(path: Path) -> Plan:
