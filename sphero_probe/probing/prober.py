@@ -218,13 +218,7 @@ class Prober:
             or (command.target, command.did, command.cid) in self.claimed
         )
         return PreparedProbe(
-            number,
-            command,
-            risk,
-            row,
-            blocked,
-            is_wrong_length=wrong_length,
-            may_exist=may_exist,
+            number, command, risk, row, blocked, is_wrong_length=wrong_length, may_exist=may_exist
         )
 
     async def ask(
@@ -264,6 +258,7 @@ class Prober:
             exchange = await self.line.link.ask(
                 probe.command,
                 alone=alone,
+                expected=False if probe.was_silent else None,
                 patience=probe.wait_until and max(0.0, probe.wait_until - asyncio.get_running_loop().time()),
                 before_sending=intend,
             )
