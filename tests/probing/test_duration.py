@@ -52,3 +52,11 @@ def test_many_silent_commands_cost_little_whatever_the_queue(queue: int, service
     swept = [sweep_of(cell, ONE_DEVICE, seed) for seed in range(5)]
     assert not sum(one.false for one in swept)
     assert median(one.seconds / one.limit for one in swept) <= most
+
+
+@pytest.mark.unmeasured
+def test_one_probe_in_flight_costs_its_round_trip_and_no_timeout() -> None:
+    """With this seed both harmless setters of the device are silent, so that nothing proves it strict."""
+    cell = Cell(0.015, 6, silent=0.2, queue=8, loss=0.0)
+    swept = sweep_of(cell, ONE_DEVICE, 8)
+    assert 12 < swept.seconds / swept.limit <= 17
