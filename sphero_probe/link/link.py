@@ -264,7 +264,7 @@ class Link:
                 self.answers += 1
                 self.matched += event.earlier is not None
                 if isinstance(event.earlier, Silent) and event.took is not None:
-                    self.pace(event.earlier.command.target).answered_late(event.took)
+                    self.pace(event.earlier.command.target).answered_late(event.earlier.seq, event.took)
             self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:

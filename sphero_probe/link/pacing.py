@@ -71,6 +71,7 @@ class Pace:
         self._sent: dict[int, float] = {}
         self._owed = 0
         self._doubtful: set[int] = set()
+        self._late: set[int] = set()
         self._overflow, self._overflow_spaced = Overflow(_BURST_LOST), Overflow(_SPACED_LOST)
         self._crowds: dict[int, Crowd] = {}
         self._sent_at = float("-inf")
@@ -114,6 +115,7 @@ class Pace:
         """Record that a command is sent; a doubtful one was silent before, and likely is again."""
         self._sent[seq] = now
         (self._doubtful.add if doubtful else self._doubtful.discard)(seq)
+        self._late.discard(seq)
         self._crowds[seq] = Crowd(self.in_flight, self.is_spaced)
         self._sent_at = now
         if self.in_flight >= self.window:
@@ -195,8 +197,10 @@ class Pace:
 
         Returns:
             How many losses, this one or earlier ones, are now known to be no fault of the radio: too many
-            commands were in flight for the node's queue.
+            commands were in flight for the node's queue, or the answer was only late.
         """
+        if seq in self._late:
+            return 1
         crowd, spaced_before = self.crowd(seq), self.is_spaced
         explained = self._overflow_of(crowd).lost(crowd.in_flight)
         if self.is_spaced and not spaced_before:
@@ -206,12 +210,14 @@ class Pace:
     def _overflow_of(self, crowd: Crowd) -> Overflow:
         return self._overflow_spaced if crowd.is_spaced else self._overflow
 
-    def answered_late(self, took: float) -> None:
+    def answered_late(self, seq: int, took: float) -> None:
         """Record that an answer arrived after its command counted as silent, and raise the timeout.
 
         Args:
+            seq: the command's number.
             took: seconds since the command was sent.
         """
+        self._late.add(seq)
         if not self._fixed_timeout:
             self.timeout = max(self.timeout, min(LONGEST_TIMEOUT, LATE_MARGIN * took))
 

@@ -500,6 +500,17 @@ def test_only_what_was_sent_into_too_many_is_excused() -> None:
     assert not node.pace.overflows(node.pace.crowd(node.send()[0]))
 
 
+def test_an_answer_that_was_only_late_is_no_loss() -> None:
+    node = Node()
+    late, lost = node.fill()
+    node.stay_silent([late, lost])
+    node.pace.answered_late(late, took=3.0)
+    assert [node.pace.lost(late), node.pace.lost(lost)] == [1, 0]
+    node.pace.sent(late, now=node.now)  # its number is used again
+    node.stay_silent([late])
+    assert node.pace.lost(late) == 0
+
+
 def test_commands_that_are_not_lost_are_sent_as_soon_as_there_is_a_place() -> None:
     node = Node()
     node.grow_to(WIDEST)
