@@ -122,7 +122,7 @@ class Link:
         *,
         timeout: float | None = None,
         alone: bool = False,
-        expected: bool = False,
+        expected: bool | None = None,
         patience: float = 0.0,
         before_sending: Callable[[], None] | None = None,
     ) -> Exchange:
@@ -132,7 +132,8 @@ class Link:
             command: what to send.
             timeout: seconds until it counts as silent, None for the node's pace.
             alone: send it with nothing else in flight; classes above ``probe`` are always sent like that.
-            expected: an answer is certain, so silence means that too many commands were in flight.
+            expected: an answer is certain, so silence means that too many commands were in flight; False if
+                silence is likely, so it means nothing.
             patience: seconds that it waits at least, though a later command is answered meanwhile.
             before_sending: called right before the frame is sent; if it raises, nothing is sent.
 
@@ -216,7 +217,7 @@ class Link:
         timeout = max(pace.timeout, queued.patience) if timeout is None else timeout
         seq, frame = self._tracker.ask(queued.command, now=now, timeout=timeout)
         self.window.take(queued)
-        pace.sent(seq, now=now)
+        pace.sent(seq, now=now, doubtful=queued.expected is False)
         in_flight = self._in_flight[seq] = InFlightCommand(seq, frame, queued, asyncio.Future(), now)
         self._alarm.set(now + timeout)
         return in_flight
@@ -264,7 +265,7 @@ class Link:
                 self.answers += 1
                 self.matched += event.earlier is not None
                 if isinstance(event.earlier, Silent) and event.took is not None:
-                    self.pace(event.earlier.command.target).answered_late(event.took)
+                    self.pace(event.earlier.command.target).answered_late(event.earlier.seq, event.took)
             self.events.tell(UnsolicitedReceived, now, event)
 
     def _settle(self, event: Answered | Silent, now: float) -> None:
@@ -283,7 +284,7 @@ class Link:
         elif not event.command.options.wants_answer:
             pace.forget(event.seq)
         else:
-            expected = in_flight is not None and in_flight.queued.expected
+            expected = in_flight is not None and in_flight.queued.expected is True
             pace.silent(event.seq, event.waited, now=now, expected=expected)
         if in_flight and not in_flight.answer.done():
             in_flight.answer.set_result(event)

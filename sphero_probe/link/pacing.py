@@ -34,6 +34,12 @@ WIDEST: Final = 12
 """The most commands in flight: what two connection events of a fast BLE link carry either way."""
 _EVENTS: Final = 2
 """Connection events in a round trip over BLE: what a queue takes at once, it takes in each of them."""
+_LONG_TRIP: Final = 2
+"""Variations by which a long round trip exceeds the smoothed one.
+
+Commands that are sent at equal distances wait for a connection event, each for another time. Only the longest
+wait shows how far apart the events are.
+"""
 _BURST_LOST, _SPACED_LOST = 1 / 4, 1 / 8
 """Share of lost commands from which on the queue overflows, sent at once and at equal distances."""
 
@@ -64,6 +70,8 @@ class Pace:
         self._narrowed_at = self._slowed_at = self._full_at = float("-inf")
         self._sent: dict[int, float] = {}
         self._owed = 0
+        self._doubtful: set[int] = set()
+        self._late: set[int] = set()
         self._overflow, self._overflow_spaced = Overflow(_BURST_LOST), Overflow(_SPACED_LOST)
         self._crowds: dict[int, Crowd] = {}
         self._sent_at = float("-inf")
@@ -83,8 +91,9 @@ class Pace:
     @property
     def ready_at(self) -> float:
         """When the next command may be sent, if the window has a place for it."""
-        spaced = self.is_spaced and self.round_trip is not None
-        return self._sent_at + (self.round_trip or 0.0) / self.window if spaced else self._sent_at
+        if not self.is_spaced or self.round_trip is None:
+            return self._sent_at
+        return self._sent_at + (self.round_trip + _LONG_TRIP * self._variation) / self.window
 
     @property
     def _ceiling(self) -> float:
@@ -102,9 +111,11 @@ class Pace:
         """How many commands the node's queue may still hold."""
         return len(self._sent)
 
-    def sent(self, seq: int, *, now: float) -> None:
-        """Record that a command is sent."""
+    def sent(self, seq: int, *, now: float, doubtful: bool = False) -> None:
+        """Record that a command is sent; a doubtful one was silent before, and likely is again."""
         self._sent[seq] = now
+        (self._doubtful.add if doubtful else self._doubtful.discard)(seq)
+        self._late.discard(seq)
         self._crowds[seq] = Crowd(self.in_flight, self.is_spaced)
         self._sent_at = now
         if self.in_flight >= self.window:
@@ -148,7 +159,7 @@ class Pace:
                 for served in overtaken:
                     del self._sent[served]
             del self._sent[seq]
-        self._owed += len(overtaken)
+        self._owed += sum(served not in self._doubtful for served in overtaken)
         if sent <= self._full_at:  # only a full window shows that the node keeps up
             self._grow()
         return overtaken
@@ -186,8 +197,10 @@ class Pace:
 
         Returns:
             How many losses, this one or earlier ones, are now known to be no fault of the radio: too many
-            commands were in flight for the node's queue.
+            commands were in flight for the node's queue, or the answer was only late.
         """
+        if seq in self._late:
+            return 1
         crowd, spaced_before = self.crowd(seq), self.is_spaced
         explained = self._overflow_of(crowd).lost(crowd.in_flight)
         if self.is_spaced and not spaced_before:
@@ -197,12 +210,14 @@ class Pace:
     def _overflow_of(self, crowd: Crowd) -> Overflow:
         return self._overflow_spaced if crowd.is_spaced else self._overflow
 
-    def answered_late(self, took: float) -> None:
+    def answered_late(self, seq: int, took: float) -> None:
         """Record that an answer arrived after its command counted as silent, and raise the timeout.
 
         Args:
+            seq: the command's number.
             took: seconds since the command was sent.
         """
+        self._late.add(seq)
         if not self._fixed_timeout:
             self.timeout = max(self.timeout, min(LONGEST_TIMEOUT, LATE_MARGIN * took))
 

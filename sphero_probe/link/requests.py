@@ -15,14 +15,14 @@ class QueuedCommand(NamedTuple):
         command: what to send.
         timeout: seconds until it counts as silent, None for the node's pace.
         alone: send it with nothing else in flight.
-        expected: an answer is certain.
+        expected: whether an answer is certain, False where silence is likely, None where nothing is known.
         patience: seconds that it waits at least, though a later command was answered meanwhile.
     """
 
     command: Command
     timeout: float | None
     alone: bool
-    expected: bool
+    expected: bool | None
     patience: float = 0.0
 
 

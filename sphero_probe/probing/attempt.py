@@ -22,6 +22,7 @@ class PreparedProbe(NamedTuple):
             command is answered before.
         is_wrong_length: it is harmless only if the command rejects its length.
         may_exist: the catalogue or the robot's own list has the command, so a wrong length may reach it.
+        was_silent: an earlier attempt got no answer.
     """
 
     number: int
@@ -32,6 +33,7 @@ class PreparedProbe(NamedTuple):
     wait_until: float = 0.0
     is_wrong_length: bool = False
     may_exist: bool = False
+    was_silent: bool = False
 
 
 Announce = Callable[[PreparedProbe], Awaitable[None]]

@@ -31,7 +31,11 @@ _PAIRS_WANTED: Final = 2
 
 
 class Calibration:
-    """Measures one node, and tells the policy the result."""
+    """Measures one node, and tells the policy the result.
+
+    Attributes:
+        impossible: commands that cannot exist and were answered -> the reply.
+    """
 
     def __init__(
         self, line: Reconnector, target: int | None, loss: LossEstimate, dids: Collection[int] = ()
@@ -48,19 +52,22 @@ class Calibration:
         self._target = target
         self._dids = dids
         self._questions = Questions(line, target, loss, may_be_mute=True)
+        self.impossible: dict[Command, Reply] = {}
         self._absent: Command | None = None
         self._executed: Command | None = None
         self._pairs: list[Command] = []
         self._masked: Verdict | None = None
         self._strictness, self._why = Strictness.UNKNOWN, ""
+        self._is_trusted = self._has_codes = False
+        self._has_tried_absent = asyncio.Event()
 
     async def measure(self, meanwhile: Callable[[], Awaitable[object]]) -> bool:
         """Send reads, reads with surplus bytes, and commands that cannot exist; return whether it is trusted.
 
-        A trusted node rejects the surplus bytes of every read; ``finish`` must follow.
+        A trusted node rejects the surplus bytes of every read; ``ask_setter`` and ``finish`` must follow.
 
         Args:
-            meanwhile: asks more than this, once a read was answered.
+            meanwhile: asks more than this, once a read and the first command that cannot exist were answered.
 
         Raises:
             LinkLostError: the link was lost.
@@ -71,10 +78,10 @@ class Calibration:
             return False
         candidates = self._candidates()
         first_tried = [Command(row.did, IMPOSSIBLE_CIDS[0]) for row in candidates[:1]]
-        (reads, replies, verdicts), (device, first), (command, last) = await asyncio.gather(
+        (reads, replies, verdicts), (command, last), (device, first) = await asyncio.gather(
             self._ask_reads(candidates, meanwhile),
+            self._try_absent(first_tried),
             self._find_absent([Command(did, 0) for did in IMPOSSIBLE_DIDS], *GONE),
-            self._find_absent(first_tried, Verdict.NO_COMMAND, attempts=1),
         )
         if command is None and reads:
             wanted = [Command(reads[0].did, cid) for cid in IMPOSSIBLE_CIDS]
@@ -94,28 +101,25 @@ class Calibration:
             self._pairs = [pair for pair in (device, command) if pair]
             if device is None or command is None:
                 self._masked = (first if device is None else last).verdict
-            return True
-        return False
+            self._is_trusted = True
+            self._conclude(Strictness.UNKNOWN, "its measurement was not finished")
+        return self._is_trusted
 
     async def finish(self) -> None:
-        """Send the LED setter without its arguments, and absent commands at other lengths.
+        """Send absent commands at other lengths to a trusted node, once, and draw the conclusion.
 
         Raises:
             LinkLostError: the link was lost.
         """
-        checks = self._line.link.policy.length_checks
-        lenient, (strictness, why) = await asyncio.gather(
-            self._setter_without_arguments(), self._other_lengths(*self._pairs)
-        )
-        if lenient:
-            checks.distrust(self._target)
-            self._conclude(Strictness.LENIENT, lenient)
-        elif len(self._pairs) < _PAIRS_WANTED:
-            self._conclude(*self._without_absent(self._masked))
-        else:
-            if strictness not in (Strictness.STRICT, Strictness.MASKING):
-                checks.suspend(self._target)
-            self._conclude(strictness, why)
+        if not self._is_trusted:
+            return
+        strictness, why = await self._other_lengths(*self._pairs)
+        self._is_trusted = False
+        if len(self._pairs) < _PAIRS_WANTED:
+            strictness, why = self._without_absent(self._masked)
+        if strictness not in (Strictness.STRICT, Strictness.MASKING):
+            self._line.link.policy.length_checks.suspend(self._target)
+        self._conclude(strictness, why)
 
     def profile(self) -> NodeProfile:
         """Return what was measured."""
@@ -130,7 +134,7 @@ class Calibration:
         )
 
     async def ask_codes(self) -> None:
-        """Ask the robot to answer with each error code, if it can; the answers are evidence.
+        """Ask the robot to answer with each error code, once and if it can; the answers are evidence.
 
         Raises:
             LinkLostError: the link was lost.
@@ -139,6 +143,9 @@ class Calibration:
         row = row_for(self._line.link.codec.generation, WellKnown.ERROR_ON_DEMAND)
         if robot is None or row is None or robot.key not in row.nodes or not self._pairs:
             return
+        if self._has_codes:
+            return
+        self._has_codes = True
         codes = range(1, 11)
         commands = [Command(row.did, row.cid, bytes([code])) for code in codes]
         await self._questions.ask_all(commands, *map(self._line.link.codec.code_name, codes))
@@ -161,8 +168,22 @@ class Calibration:
         if not reads:
             return [], [], verdicts
         surplus = [Command(row.did, row.cid, bytes(WRONG_LENGTH), self._target) for row in reads]
-        replies, _ = await asyncio.gather(self._questions.ask_all(surplus, "bad data length"), meanwhile())
+        replies, _ = await asyncio.gather(
+            self._questions.ask_all(surplus, "bad data length"), self._after_absent(meanwhile)
+        )
         return reads, replies, verdicts
+
+    async def _try_absent(self, candidates: list[Command]) -> tuple[Command | None, Reply]:
+        """Send commands that cannot exist once each."""
+        try:
+            return await self._find_absent(candidates, Verdict.NO_COMMAND, attempts=1)
+        finally:
+            self._has_tried_absent.set()
+
+    async def _after_absent(self, meanwhile: Callable[[], Awaitable[object]]) -> None:
+        """Ask more once the first command that cannot exist was tried: its answer is not asked for twice."""
+        await self._has_tried_absent.wait()
+        await meanwhile()
 
     def _all_rejected(self, reads: list[CommandRow], replies: list[Reply]) -> bool:
         """Whether every read rejects surplus bytes; if one does not, that is the conclusion."""
@@ -197,26 +218,37 @@ class Calibration:
         """Sort key: reads of the devices to be probed first, then reads whose answer has a fixed length."""
         return row.did not in self._dids, not row.response or not row.response.fixed_length
 
-    async def _setter_without_arguments(self) -> str:
-        """Send the LED setter without arguments; return why the node is lenient, empty if it is not."""
+    async def ask_setter(self) -> None:
+        """Send the LED setter without its arguments to a trusted node; if it accepts that, it is lenient.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
         policy = self._line.link.policy
         leds = policy.robot.leds if policy.robot else None
         node = Address.from_byte(self._target or PRIMARY).node
         if leds is None or (leds.node or PRIMARY) != node:
-            return ""
+            return
         command = Command(leds.did, leds.cid, b"", self._target)
         reply = await self._questions.ask(command, "bad data length")
         if reply.verdict is Verdict.BAD_LENGTH:
             policy.length_checks.add_rejection(command)
-        if reply.verdict not in ACCEPTED:
-            return ""
-        self._executed = command
-        return "a setter runs without its arguments"
+        elif reply.verdict in ACCEPTED:
+            self._executed = command
+            self._is_trusted = False
+            policy.length_checks.distrust(self._target)
+            self._conclude(Strictness.LENIENT, "a setter runs without its arguments")
 
     async def _other_lengths(self, *pairs: Command) -> tuple[Strictness, str]:
         """Send commands that were called absent at other lengths, as far as the policy lets them."""
-        commands = [pair._replace(payload=bytes(length)) for pair in pairs for length in _OTHER_LENGTHS]
-        for command, reply in zip(commands, await self._questions.ask_all(commands, "absent"), strict=True):
+        long, empty = ([pair._replace(payload=bytes(length)) for pair in pairs] for length in _OTHER_LENGTHS)
+        replies, more = await asyncio.gather(
+            self._ask_in_turn(long), self._questions.ask_all(empty, "absent")
+        )
+        asked = [*zip(long, replies, strict=True), *zip(empty, more, strict=True)]
+        for command, reply in asked:
+            self._keep(command, reply)
+        for command, reply in asked:
             if reply.blocked:
                 continue
             if reply.verdict is Verdict.BAD_LENGTH:
@@ -226,6 +258,10 @@ class Calibration:
                 why = f"an absent command answers {len(command.payload)} bytes differently"
                 return Strictness.UNKNOWN, why
         return Strictness.STRICT, "surplus bytes are rejected, and only where a command exists"
+
+    async def _ask_in_turn(self, commands: list[Command]) -> list[Reply]:
+        """Send long commands one after the other: each takes several packets, and delays what follows."""
+        return [await self._questions.ask(command, "absent") for command in commands]
 
     @staticmethod
     def _without_absent(verdict: Verdict | None) -> tuple[Strictness, str]:
@@ -247,12 +283,17 @@ class Calibration:
         for candidate in candidates:
             probe = candidate._replace(payload=bytes(WRONG_LENGTH))
             (reply,) = await self._questions.ask_all([probe], wanted[0].value, attempts=attempts)
+            self._keep(probe, reply)
             if reply.verdict in wanted:
                 absent = candidate._replace(target=self._target)
                 self._line.link.policy.length_checks.mark_absent(absent)
                 self._absent = absent
                 return absent, reply
         return None, reply
+
+    def _keep(self, command: Command, reply: Reply) -> None:
+        if reply.verdict is not None:
+            self.impossible[command._replace(target=self._target)] = reply
 
     def _conclude(self, strictness: Strictness, why: str) -> None:
         self._strictness, self._why = strictness, why

@@ -1,9 +1,9 @@
 """Decide which nodes and devices must be calibrated before the probes of a stage, and calibrate them."""
 
-from collections.abc import Collection, Container, Coroutine, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Coroutine, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, is_wrong_length
 from sphero_probe.probing.executions import Executions
 from sphero_probe.probing.finding import Note
@@ -11,6 +11,7 @@ from sphero_probe.probing.health import HealthCheck
 from sphero_probe.probing.notes import calibration_note, evidence_note, node_name
 from sphero_probe.probing.plan import Probe
 from sphero_probe.probing.prober import FilledProbe, Prober
+from sphero_probe.protocol.packets import Command
 
 
 class Wanted(NamedTuple):
@@ -86,28 +87,27 @@ class Calibrator:
         Raises:
             LinkLostError: the link was lost.
         """
-        executed = [
-            (
-                await self._prober.calibrate(
-                    target, dids, [key for key in wanted.devices if key[0] == target]
-                )
-            ).executed
-            for target, dids in wanted.nodes.items()
-            if target not in self._prober.profiles
-        ]
+        for target, dids in wanted.nodes.items():
+            if target not in self._prober.profiles:
+                devices = [key for key in wanted.devices if key[0] == target]
+                await self._prober.calibrations.measure(target, dids, devices)
+            self._take(self._prober.profiles[target].executed)
         mute = {target for target, profile in self._prober.profiles.items() if profile.is_mute}
         devices = [key for key in wanted.devices if key[0] not in mute]
         nodes = [target for target in wanted.nodes if target not in mute]
-        asking: list[Coroutine[Any, Any, object]] = [self._prober.calibrate_devices(devices)]
-        asking += [self._prober.ask_codes(target) for target in nodes]
-        asking += [self._learn_health(target) for target in nodes]
-        await ask_together(asking)
-        executed += [self._prober.devices[key].executed for key in devices]
-        for command in executed:
-            if command:
-                self._executions.take(command)
+        asking: list[Callable[[], Coroutine[Any, Any, object]]] = []
+        asking += [partial(self._learn_health, target) for target in nodes]
+        asking += [partial(self._prober.calibrations.ask_codes, target) for target in nodes]
+        await self._prober.calibrations.finish(devices, asking)
+        for key in devices:
+            self._take(self._prober.devices[key].executed)
         await self._executions.report()
         return mute & wanted.nodes.keys()
+
+    def _take(self, executed: Command | None) -> None:
+        """Report a command that accepted a wrong length, once."""
+        if executed and executed not in self._executions.commands:
+            self._executions.take(executed)
 
     @property
     def strictness(self) -> dict[str, str]:

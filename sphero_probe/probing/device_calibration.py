@@ -7,69 +7,25 @@ nothing if they are executed: those that switch off a notification.
 
 import asyncio
 from collections import Counter
-from functools import lru_cache
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Final
 
-from sphero_probe.catalogue import all_rows
-from sphero_probe.catalogue.model import CommandRow, Kind, Robot
-from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
+from sphero_probe.probing.calibration_rows import calibration_rows
 from sphero_probe.probing.profiles import ACCEPTED, GONE, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.probing.retries import LossEstimate
-from sphero_probe.protocol.packets import Command, Generation, Verdict
+from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.identify import ask_well_known
 from sphero_probe.session.reconnect import Reconnector
 
-SETTERS: Final = 2
-"""The most harmless setters of a device that get a wrong length."""
 _TRIES: Final = 2
 """How often a silent command is sent, also over dropped links: it may be the cause of the drop."""
-_HARMLESS: Final = ("enable_", "_notify")
-"""Parts of the names of setters that change nothing when all their arguments are zero."""
-
-
-def calibration_rows(
-    generation: Generation, robot: Robot | None, did: int
-) -> tuple[list[CommandRow], list[CommandRow]]:
-    """Return the documented reads and harmless setters of a device for which there is a wrong length.
-
-    Args:
-        generation: the protocol of the catalogue.
-        robot: the model, None if it is not known: then all rows of the device are used.
-        did: the device id.
-    """
-    rows = _with_wrong_length(generation, robot.key if robot else "", did)
-    reads = [row for row in rows if row.risk is Risk.READ]
-    setters = [row for row in rows if row.risk is Risk.WRITE and _changes_nothing(row)]
-    return reads, setters[:SETTERS]
-
-
-def has_setters(generation: Generation, robot: Robot | None, did: int) -> bool:
-    """Whether a documented setter of this device may get a wrong length; the arguments are as above."""
-    rows = _with_wrong_length(generation, robot.key if robot else "", did)
-    return any(row.risk is Risk.WRITE for row in rows)
-
-
-@lru_cache(maxsize=1024)
-def _with_wrong_length(generation: Generation, robot: str, did: int) -> tuple[CommandRow, ...]:
-    """Return the rows of a device that do not take the length of a probe; of all robots if none is named."""
-    return tuple(
-        row
-        for row in all_rows(generation)
-        if row.did == did
-        and row.kind is Kind.COMMAND
-        and row.request is not None
-        and not row.request.accepts(WRONG_LENGTH)
-        and (not robot or robot in row.nodes)
-    )
-
-
-def _changes_nothing(row: CommandRow) -> bool:
-    name = row.name.partition(".")[2]
-    return any(part in name for part in _HARMLESS)
+_NOTHING: Final[Mapping[Command, Reply]] = MappingProxyType({})
 
 
 class DeviceCalibration:
@@ -77,9 +33,13 @@ class DeviceCalibration:
 
     Each question is asked once: after a lost link, ``ask_reads`` and ``ask_setters`` continue with the
     others.
+
+    Attributes:
+        has_reads: every read was asked.
     """
 
     def __init__(self, line: Reconnector, loss: LossEstimate, target: int | None, did: int) -> None:
+        self.has_reads = False
         self._line = line
         self._target = target
         self._did = did
@@ -88,24 +48,28 @@ class DeviceCalibration:
         self._executed: Command | None = None
         self._asked = self._rejected = 0
         self._wrong: Reply | None = None
+        self._absent: Command | None = None
         self._knows_impossible = False
         self._done: set[int] = set()
         self._tries: Counter[int] = Counter()
         self._claimed: frozenset[int] = frozenset()
         self._has_claims = False
 
-    async def ask_impossible(self) -> None:
+    async def ask_impossible(self, known: Mapping[Command, Reply] = _NOTHING) -> None:
         """Send a command that cannot exist.
+
+        Args:
+            known: commands that its node already answered -> the reply.
 
         Raises:
             LinkLostError: the link was lost.
         """
         if not self._knows_impossible:
-            await self._ask_impossible()
+            await self._ask_impossible(known)
             self._knows_impossible = True
 
     async def ask_reads(self) -> None:
-        """Send a command that cannot exist, reads with surplus bytes, and read the robot's own list.
+        """Send a command that cannot exist, and reads with surplus bytes.
 
         Raises:
             LinkLostError: the link was lost.
@@ -113,7 +77,26 @@ class DeviceCalibration:
         await self.ask_impossible()
         if self._may_go_on():
             reads, _ = self._rows()
-            await ask_together([*map(self._ask_read, reads), self._ask_claims()])
+            await ask_together(map(self._ask_read, reads))
+            self.has_reads = True
+
+    async def ask_empty(self, known: Mapping[Command, Reply] = _NOTHING) -> None:
+        """Send the command that cannot exist without payload, if it was called absent.
+
+        An empty payload would run a command that exists after all. Where documented empty commands erase, the
+        policy blocks it even then.
+
+        Args:
+            known: as above.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
+        if self._absent and 0 not in self._impossible:
+            reply = known.get(self._absent) or await self._questions.ask(
+                self._absent, Verdict.NO_COMMAND.value
+            )
+            self._keep(0, reply)
 
     async def ask_setters(self) -> None:
         """Send harmless setters with a wrong length, one after the other, until one accepts it.
@@ -174,7 +157,7 @@ class DeviceCalibration:
     def _rows(self) -> tuple[list[CommandRow], list[CommandRow]]:
         return calibration_rows(self._line.link.codec.generation, self._line.link.policy.robot, self._did)
 
-    async def _ask_impossible(self) -> None:
+    async def _ask_impossible(self, known: Mapping[Command, Reply]) -> None:
         """Send a command that cannot exist.
 
         If it is silent, a second such command is sent; if that is silent, too, silence is the answer.
@@ -182,31 +165,35 @@ class DeviceCalibration:
         first, second, third = (Command(self._did, cid, b"", self._target) for cid in IMPOSSIBLE_CIDS)
         for command in (first, second):
             if self._wrong is None or (self._wrong.verdict is None and not self._wrong.blocked):
-                await self._ask_one_impossible(command)
+                await self._ask_one_impossible(command, known)
         if self._wrong and self._wrong.verdict in ACCEPTED:
             other = await self._questions.ask(
                 third._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
             )
             self._judge_yes(first, other)
 
-    async def _ask_one_impossible(self, command: Command) -> None:
-        """Send one command at the wrong length, and without payload once that was called absent.
+    async def _ask_one_impossible(self, command: Command, known: Mapping[Command, Reply]) -> None:
+        """Send one command at the wrong length; its reply is kept even if the link is lost right after it.
 
-        An empty payload would run a command that exists after all. Where documented empty commands erase, the
-        policy blocks it even then. The echo that is sent along keeps the loss of long answers apart from a
-        full queue.
+        The echo that is sent along keeps the loss of long answers apart from a full queue.
         """
-        echo = ask_well_known(self._line.link, WellKnown.ECHO, self._target, attempts=1)
-        await asyncio.gather(self._ask_wrong_length(command), echo)
-        if self._wrong and self._wrong.verdict in GONE:
-            self._line.link.policy.length_checks.mark_absent(command)
-            self._keep(0, await self._questions.ask(command, Verdict.NO_COMMAND.value))
-
-    async def _ask_wrong_length(self, command: Command) -> None:
-        """Send a command at the wrong length; its reply is kept even if the link is lost right after it."""
         probe = command._replace(payload=bytes(WRONG_LENGTH))
-        self._wrong = await self._questions.ask(probe, Verdict.NO_COMMAND.value)
-        self._keep(WRONG_LENGTH, self._wrong)
+        if probe in known:
+            self._learn_impossible(command, known[probe])
+            return
+        echo = ask_well_known(self._line.link, WellKnown.ECHO, self._target, attempts=1)
+        await asyncio.gather(self._ask_wrong_length(command, probe), echo)
+
+    async def _ask_wrong_length(self, command: Command, probe: Command) -> None:
+        self._learn_impossible(command, await self._questions.ask(probe, Verdict.NO_COMMAND.value))
+
+    def _learn_impossible(self, command: Command, reply: Reply) -> None:
+        self._wrong = reply
+        self._absent = None
+        if reply.verdict in GONE:
+            self._absent = command
+            self._line.link.policy.length_checks.mark_absent(command)
+        self._keep(WRONG_LENGTH, reply)
 
     def _keep(self, length: int, reply: Reply) -> None:
         """Keep what a command that cannot exist answers at a length."""
@@ -248,11 +235,17 @@ class DeviceCalibration:
         proper = await self._questions.ask(Command(self._did, row.cid, sample), "success")
         return proper.verdict is Verdict.OK
 
-    async def _ask_claims(self) -> None:
-        """Read the robot's own list of this device's commands: a wrong length may reach those."""
+    async def ask_claims(self) -> None:
+        """Read the robot's own list of this device's commands: a wrong length may reach those.
+
+        Raises:
+            LinkLostError: the link was lost.
+        """
         robot = self._line.link.policy.robot
         row = row_for(self._line.link.codec.generation, WellKnown.CLAIMED_COMMANDS)
         if robot is None or row is None or robot.key not in row.nodes or self._has_claims:
+            return
+        if not self._may_go_on():
             return
         reply = await self._questions.ask(Command(row.did, row.cid, bytes([self._did])), "success")
         if reply.verdict is Verdict.OK and reply.answer:

@@ -9,7 +9,7 @@ from sphero_probe.catalogue.model import CommandRow, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.policy import Consent, Policy
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, is_wrong_length
-from sphero_probe.probing.device_calibration import calibration_rows
+from sphero_probe.probing.calibration_rows import calibration_rows
 from sphero_probe.probing.plan import Plan
 from sphero_probe.probing.plans.loader import probes_of
 from sphero_probe.probing.prober import payload_for

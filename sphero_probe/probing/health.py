@@ -67,33 +67,44 @@ class HealthCheck:
             LinkLostError: the link was lost.
         """
         if not self.knows(target):
-            candidates = self._candidates(target)
-            passed = await ask_together(self._passes(one, attempts, together=True) for one in candidates)
-            self._questions[target] = [one for one, right in zip(candidates, passed, strict=True) if right]
+            echoes, absent = self._candidates(target)
+            passed = await ask_together(self._passes(one, attempts, together=True) for one in echoes)
+            self._questions[target] = [one for one, right in zip(echoes, passed, strict=True) if right]
+            self._questions[target] += absent
             return True
         for question in self._questions[target]:
             if not await self._passes(question, attempts):
                 return False
         return True
 
-    def _candidates(self, target: int | None) -> list[Command]:
-        questions: list[Command] = []
+    def _candidates(self, target: int | None) -> tuple[list[Command], list[Command]]:
+        """Return the echo, if it may be sent, and a command that calibration saw the node call absent."""
         echo = row_for(self._prober.link.codec.generation, WellKnown.ECHO)
-        if echo and self._prober.link.policy.why_blocked(Command(echo.did, echo.cid, b"", target)) is None:
-            questions.append(Command(echo.did, echo.cid, b"", target))
         profile = self._prober.profiles.get(target)
-        if profile and profile.absent:
-            questions.append(profile.absent._replace(payload=bytes(WRONG_LENGTH)))
-        return questions
+        echoes = [Command(echo.did, echo.cid, b"", target)] if echo else []
+        absent = [profile.absent._replace(payload=bytes(WRONG_LENGTH))] if profile and profile.absent else []
+        return [one for one in echoes if self._prober.link.policy.why_blocked(one) is None], absent
 
     async def _passes(self, question: Command, attempts: int, *, together: bool = False) -> bool:
-        """Ask until something can be told; ``together`` lets others be in flight at the first attempt."""
+        """Ask until something can be told.
+
+        Args:
+            question: to ask.
+            attempts: how often.
+            together: lets others be in flight at the first attempt; what is lost then tells of a full queue.
+        """
         question = self._with_nonce(question)
+        pace, lost = self._prober.link.pace(question.target), list[int]()
         for attempt in range(attempts):
             alone = attempt > 0 or not together
-            healthy = self.is_healthy(question, await self._prober.link.ask(question, alone=alone))
+            exchange = await self._prober.link.ask(question, alone=alone)
+            healthy = self.is_healthy(question, exchange)
             if healthy is not None:
+                if together:
+                    self._prober.loss.learn(len(lost) + 1)
+                    self._prober.loss.excuse(sum(pace.lost(seq) for seq in lost))
                 return healthy
+            lost += [exchange.seq] if isinstance(exchange, Silent) else []
         return False
 
     def is_there(self, command: Command) -> bool:

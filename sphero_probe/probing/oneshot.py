@@ -48,8 +48,8 @@ async def send_once(
     prober.announce = announce
     filled = prober.fill(number, Probe(command, exact=True))
     if is_wrong_length(filled.command, filled.knowledge):
-        await prober.calibrate(command.target, [command.did])
-        await prober.calibrate_devices([(command.target, command.did)])
+        await prober.calibrations.measure(command.target, [command.did])
+        await prober.calibrations.finish([(command.target, command.did)])
     probe = prober.prepare(filled)
     exchange, attempts = await prober.ask(probe, alone=True)
     repeats = probe.risk <= Risk.WRITE and command.options.wants_answer

@@ -1,23 +1,22 @@
 """Prepare one probe at a time, by the catalogue and by what was measured, and send it."""
 
 import asyncio
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue import lookup
 from sphero_probe.catalogue.model import CommandRow, Kind
 from sphero_probe.catalogue.risk import Risk
-from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.length_checks import REJECTIONS_WANTED
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent
 from sphero_probe.link.wrong_lengths import WRONG_LENGTH, WRONG_PAYLOAD, is_impossible
 from sphero_probe.probing.attempt import Announce, PreparedProbe, ProbeResult
-from sphero_probe.probing.calibration import Calibration
-from sphero_probe.probing.device_calibration import DeviceCalibration, calibration_rows, has_setters
+from sphero_probe.probing.calibration_rows import calibration_rows, has_setters
+from sphero_probe.probing.calibrations import Calibrations
 from sphero_probe.probing.plan import Probe
-from sphero_probe.probing.profiles import DeviceProfile, NodeProfile, Strictness
+from sphero_probe.probing.profiles import Strictness
 from sphero_probe.probing.retries import LossEstimate
 from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.identify import wake
@@ -50,6 +49,7 @@ class Prober:
     """Prepares and sends the probes of one run.
 
     Attributes:
+        calibrations: measures nodes and devices.
         profiles: node -> what calibration measured on it.
         devices: node and device -> what calibration measured of it.
         claimed: node, device and command ids that the robot lists as its own.
@@ -61,19 +61,18 @@ class Prober:
     """
 
     def __init__(self, line: Reconnector, target: int | None) -> None:
-        self.profiles: dict[int | None, NodeProfile] = {}
-        self.devices: dict[tuple[int | None, int], DeviceProfile] = {}
-        self.claimed: set[tuple[int | None, int, int]] = set()
         self.announce: Announce | None = None
         self.intend: Callable[[PreparedProbe], None] = _forget
         self.line = line
         self.target = target
         self.loss = LossEstimate()
+        self.calibrations = Calibrations(line, self.loss)
+        self.profiles = self.calibrations.profiles
+        self.devices = self.calibrations.devices
+        self.claimed = self.calibrations.claimed
         self._proved: set[tuple[int | None, int]] = set()
         self._announced = asyncio.Lock()
         self._absent: set[tuple[int | None, int]] = set()
-        self._nodes: dict[int | None, Calibration] = {}
-        self._calibrations: dict[tuple[int | None, int], DeviceCalibration] = {}
 
     @property
     def link(self) -> Link:
@@ -103,71 +102,6 @@ class Prober:
         if not probe.exact and not command.payload:
             command = command._replace(payload=WRONG_PAYLOAD)
         return bool(self.link.policy.assess(command).blocked)
-
-    async def calibrate(
-        self,
-        target: int | None,
-        dids: Collection[int] = (),
-        devices: Iterable[tuple[int | None, int]] = (),
-    ) -> NodeProfile:
-        """Measure how strictly a node checks lengths.
-
-        Args:
-            target: the node's address byte.
-            dids: devices that will be probed.
-            devices: node and device id of those to begin with meanwhile; ``calibrate_devices`` must follow.
-
-        Raises:
-            LinkLostError: the link was lost.
-        """
-        node = self._nodes[target] = Calibration(self.line, target, self.loss, dids)
-        calibrations = [self._calibration(key) for key in devices]
-
-        async def ask_impossible() -> None:
-            await ask_together(device.ask_impossible() for device in calibrations)
-
-        if await node.measure(ask_impossible):
-            await ask_together([node.finish(), *(device.ask_reads() for device in calibrations)])
-        profile = self.profiles[target] = node.profile()
-        return profile
-
-    async def ask_codes(self, target: int | None) -> None:
-        """Ask a node that was just measured for every error code that it can answer with.
-
-        Args:
-            target: the node's address byte.
-
-        Raises:
-            LinkLostError: the link was lost.
-        """
-        if node := self._nodes.pop(target, None):
-            await node.ask_codes()
-            self.profiles[target] = node.profile()
-
-    async def calibrate_devices(self, devices: Iterable[tuple[int | None, int]]) -> list[DeviceProfile]:
-        """Measure devices that were not measured yet; return their profiles.
-
-        Reads are sent to all devices at once. Setters get their wrong length one after the other, until one
-        accepts it.
-
-        Args:
-            devices: node and device id of each.
-
-        Raises:
-            LinkLostError: the link was lost.
-        """
-        keys = [key for key in dict.fromkeys(devices) if key not in self.devices]
-        calibrations = [self._calibration(key) for key in keys]
-        await ask_together(calibration.ask_reads() for calibration in calibrations)
-        for calibration in calibrations:
-            await calibration.ask_setters()
-        found = [calibration.profile() for calibration in calibrations]
-        self.devices.update(zip(keys, found, strict=True))
-        self.claimed |= {(profile.target, profile.did, cid) for profile in found for cid in profile.claimed}
-        return found
-
-    def _calibration(self, key: tuple[int | None, int]) -> DeviceCalibration:
-        return self._calibrations.setdefault(key, DeviceCalibration(self.line, self.loss, *key))
 
     def learn(self, command: Command, answer: Answered) -> None:
         """Learn from an answer that the node has no such device, if it says so."""
@@ -218,13 +152,7 @@ class Prober:
             or (command.target, command.did, command.cid) in self.claimed
         )
         return PreparedProbe(
-            number,
-            command,
-            risk,
-            row,
-            blocked,
-            is_wrong_length=wrong_length,
-            may_exist=may_exist,
+            number, command, risk, row, blocked, is_wrong_length=wrong_length, may_exist=may_exist
         )
 
     async def ask(
@@ -264,6 +192,7 @@ class Prober:
             exchange = await self.line.link.ask(
                 probe.command,
                 alone=alone,
+                expected=False if probe.was_silent else None,
                 patience=probe.wait_until and max(0.0, probe.wait_until - asyncio.get_running_loop().time()),
                 before_sending=intend,
             )

@@ -1,6 +1,7 @@
 """Ask the questions of calibration until they are answered, and keep them as evidence."""
 
 import asyncio
+from collections import defaultdict
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
@@ -72,6 +73,7 @@ class Questions:
         self._target = target
         self._loss = loss
         self._echoes = True
+        self._silent: defaultdict[Command, list[Silent]] = defaultdict(list)
         self._turn = asyncio.Lock()
 
     async def ask(self, command: Command, wanted: str) -> Reply:
@@ -84,7 +86,8 @@ class Questions:
         Raises:
             LinkLostError: the link was lost.
         """
-        (reply,) = await self.ask_all([command], wanted)
+        step, reply = await self._ask(command, wanted, self._attempts)
+        self.steps.append(step)
         return reply
 
     async def ask_all(
@@ -112,7 +115,7 @@ class Questions:
         """Ask until it is answered; retries are sent with nothing else in flight."""
         codec = self._line.link.codec
         command = command._replace(target=self._target)
-        silent: list[Silent] = []
+        silent = self._silent[command]
         for attempt in range(attempts):
             if self.is_mute:
                 break
@@ -124,9 +127,10 @@ class Questions:
                 silent.append(exchange)
             if isinstance(exchange, Answered):
                 self._silences = 0
-                self._loss.learn(attempt + 1)
+                self._loss.learn(len(silent) + 1)
                 pace = self._line.link.pace(self._target)
                 self._loss.excuse(sum(pace.lost(one.seq) for one in silent))
+                silent.clear()
                 response = exchange.response
                 verdict, said = codec.verdict(response.code), codec.code_name(response.code)
                 if verdict is not Verdict.BUSY or wanted == said:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import ceil, inf, log
+from math import ceil, inf, log, sqrt
 from typing import Final, NamedTuple
 
 from sphero_probe.catalogue.risk import Risk
@@ -21,6 +21,8 @@ _SHOWN: Final = 40
 """Damaged bytes that a note shows."""
 _DOUBT: Final = 20
 """A link is assumed to lose one command in so many, until more is known."""
+_LUCK: Final = 2
+"""Standard deviations by which a link is assumed to lose more than was seen: a short run may be lucky."""
 LOST: Final = "the link was lost before this was settled"
 STOPPED: Final = "stopped before this was sent again"
 ONCE: Final = "sent only once: commands of this class are not repeated"
@@ -75,7 +77,8 @@ class LossEstimate:
     @property
     def attempts_wanted(self) -> int:
         """How many silences chance does not explain any more; may exceed ``MOST_ATTEMPTS``."""
-        rate = (max(0, self._lost) + 1) / (max(0, self._sent) + _DOUBT)
+        lost = max(0, self._lost)
+        rate = (lost + _LUCK * sqrt(lost) + 1) / (max(0, self._sent) + _DOUBT)
         return max(LEAST_ATTEMPTS, ceil(log(FALSE_SILENCES / max(self.probes, 1)) / log(rate)))
 
 

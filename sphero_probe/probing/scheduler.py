@@ -22,6 +22,8 @@ SECONDS_PER_CHECK: Final = 2.0
 """Seconds between two health checks, as long as there are probes."""
 LOOK_AHEAD: Final = 16
 """How far into a queue to look for a probe that may be sent now."""
+_LONG_WAIT: Final = 3
+"""Round trips of a timeout from which on a check tells sooner that a probe is silent."""
 _QUESTIONS_PER_CHECK: Final = 2
 """Commands of one health check."""
 
@@ -172,12 +174,19 @@ class Scheduler:
 
     @property
     def _waits_alone(self) -> bool:
-        """Whether a probe that others wait for may be as silent as the last: a check soon tells."""
+        """Whether a probe that others wait for may be silent: an answer to a check soon tells.
+
+        It may if the last one was, or if its timeout is so long that waiting for it costs more than a check.
+        """
         flying = self.in_flight_probes.items
-        return self.was_silent and any(
-            isinstance(item, PreparedProbe) and item.is_wrong_length and not self._is_proved(item)
-            for item in flying
-        )
+        if not self.was_silent and len(flying) > 1:
+            return False
+        waiting = (item for item in flying if isinstance(item, PreparedProbe) and item.is_wrong_length)
+        probe = next((item for item in waiting if not self._is_proved(item)), None)
+        if probe is None or self.was_silent:
+            return probe is not None
+        pace = self._prober.link.pace(probe.command.target)
+        return pace.timeout > _LONG_WAIT * (pace.round_trip or pace.timeout)
 
     @property
     def _needs_check(self) -> bool:

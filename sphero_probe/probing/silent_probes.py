@@ -81,7 +81,8 @@ class SilentProbes:
             return None
         silent.is_queued = True
         is_last = silent.confirmed + silent.unconfirmed + 1 >= self.loss.attempts_wanted
-        return silent.probe._replace(wait_until=silent.first_sent + patience if is_last else 0.0)
+        wait_until = silent.first_sent + patience if is_last else 0.0
+        return silent.probe._replace(wait_until=wait_until, was_silent=True)
 
     def learn_lost(self, pace: Pace, target: int | None, numbers: Iterable[int]) -> None:
         """Record that commands were lost; silences that a full queue explains do not count.

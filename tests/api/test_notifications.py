@@ -115,7 +115,7 @@ def test_a_lost_robot_ends_it_with_an_error_after_what_was_heard() -> None:
 
 def test_a_reconnect_of_a_sweep_does_not_end_it() -> None:
     async def work() -> None:
-        async with connect("fake:bolt?disconnect_after=60", consent=["write"]) as robot:
+        async with connect("fake:bolt?disconnect_after=70", consent=["write"]) as robot:
             heard = robot.notifications()
             assert (await robot.sweep("power").collect()).complete
             await stream(robot)

@@ -40,13 +40,13 @@ class Node:
         self.sent_at: dict[int, float] = {}
         self.overtaken: list[int] = []
 
-    def send(self, count: int = 1) -> list[int]:
+    def send(self, count: int = 1, **options: bool) -> list[int]:
         """Send so many at once, a moment after whatever happened before; return their numbers."""
         self.now += 2**-10
         numbers = [len(self.sent_at) + place for place in range(count)]
         for number in numbers:
             self.sent_at[number] = self.now
-            self.pace.sent(number, now=self.now)
+            self.pace.sent(number, now=self.now, **options)
         return numbers
 
     def fill(self) -> list[int]:
@@ -466,8 +466,28 @@ def test_a_queue_that_overflows_gets_commands_at_equal_distances() -> None:
     assert (pace.is_spaced, pace.window) == (True, 3)
     (number,) = node.send()
     assert pace.round_trip is not None
-    assert pace.ready_at == pytest.approx(node.now + pace.round_trip / 3)
+    assert pace.ready_at > node.now + pace.round_trip / 3
     assert pace.crowd(number).is_spaced
+
+
+def test_the_distance_is_that_of_a_long_round_trip_where_each_waits_for_a_connection_event() -> None:
+    node = Node()
+    node.grow_to(4)
+    overflow(node, 3)
+    for waited in (20, 25, 30) * 40:
+        node.answer(node.send(), waited / 1000)
+    distance = node.pace.ready_at - node.sent_at[max(node.sent_at)]
+    assert 0.030 <= distance * node.pace.window <= 0.035
+
+
+def test_a_command_that_was_silent_before_does_not_hold_the_window_back() -> None:
+    for doubtful in (False, True):
+        node = Node()
+        node.grow_to(4)
+        for _ in range(WIDEST):  # one answer, to the last of all that are in flight
+            numbers = node.send(node.pace.window, doubtful=doubtful)
+            node.answer(numbers[-1:])
+        assert node.pace.window == (WIDEST if doubtful else 4)
 
 
 def test_only_what_was_sent_into_too_many_is_excused() -> None:
@@ -478,6 +498,17 @@ def test_only_what_was_sent_into_too_many_is_excused() -> None:
     overflow(node, 3)
     assert [node.pace.overflows(node.pace.crowd(number)) for number in early] == [False, False, False, True]
     assert not node.pace.overflows(node.pace.crowd(node.send()[0]))
+
+
+def test_an_answer_that_was_only_late_is_no_loss() -> None:
+    node = Node()
+    late, lost = node.fill()
+    node.stay_silent([late, lost])
+    node.pace.answered_late(late, took=3.0)
+    assert [node.pace.lost(late), node.pace.lost(lost)] == [1, 0]
+    node.pace.sent(late, now=node.now)  # its number is used again
+    node.stay_silent([late])
+    assert node.pace.lost(late) == 0
 
 
 def test_commands_that_are_not_lost_are_sent_as_soon_as_there_is_a_place() -> None:

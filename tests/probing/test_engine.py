@@ -424,6 +424,7 @@ def test_calibration_shows_its_evidence() -> None:
         async with Link(FakeTransport(robot), codec, policy) as link:
             calibration = Calibration(Reconnector(link, PRIMARY), PRIMARY, LossEstimate())
             assert await calibration.measure(nothing_more)
+            await calibration.ask_setter()
             await calibration.finish()
             return calibration.profile()
 
@@ -432,12 +433,11 @@ def test_calibration_shows_its_evidence() -> None:
         ("success", "success"),
         ("success", "success"),
         ("success", "success"),
-        ("no such device id", "bad device id"),
         ("no such command id", "bad command id"),
+        ("no such device id", "bad device id"),
         ("bad data length", "bad data length"),
         ("bad data length", "bad data length"),
         ("bad data length", "bad data length"),
         ("bad data length", "bad data length"),
-        *[("absent", "bad device id")] * 2,
-        *[("absent", "bad command id")] * 2,
+        *[("absent", "bad device id"), ("absent", "bad command id")] * 2,
     ]

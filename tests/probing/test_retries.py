@@ -59,8 +59,15 @@ def test_a_link_that_loses_nothing() -> None:
 
 def test_a_link_that_loses_half() -> None:
     """Half are lost: each attempt halves the doubt, and 1000 probes need a millionth."""
-    lossy = loss([2] * 10_000, probes=1000)
+    lossy = loss([2] * 1_000_000, probes=1000)
     assert lossy.attempts_wanted == ceil(log(FALSE_SILENCES / 1000, 0.5))
+
+
+def test_a_short_run_that_lost_few_may_have_been_lucky() -> None:
+    """Three of 240 lost may be one in eighty, but as well the double: then three silences are no proof."""
+    lucky = loss([1] * 234 + [2] * 3, probes=256)
+    assert lucky.attempts_wanted == ceil(log(FALSE_SILENCES / 256, 1 / 40)) == 4
+    assert loss([1] * 240, probes=256).attempts_wanted == 3
 
 
 def test_a_link_that_loses_nearly_everything_wants_too_many_attempts() -> None:

@@ -283,7 +283,7 @@ TROUBLES = (
 
 
 @pytest.mark.parametrize("trouble", TROUBLES)
-@pytest.mark.parametrize("model", ["bolt?hidden=5&seed=3", "bb8?hidden=3&seed=1"])
+@pytest.mark.parametrize("model", ["bolt?hidden=5&seed=3", "bb8?hidden=3&seed=3"])
 def test_the_line_to_a_robot_is_no_difference(model: str, trouble: str) -> None:
     diff = compare(asked(model), asked(f"{model}&{trouble}"))
     assert diff.same_robot

@@ -1,0 +1,56 @@
+"""Choose the documented commands of a device that may get a wrong length, to see whether it is rejected."""
+
+from functools import lru_cache
+from typing import Final
+
+from sphero_probe.catalogue import all_rows
+from sphero_probe.catalogue.model import CommandRow, Kind, Robot
+from sphero_probe.catalogue.risk import Risk
+from sphero_probe.link.wrong_lengths import WRONG_LENGTH
+from sphero_probe.protocol.packets import Generation
+
+SETTERS: Final = 2
+"""The most harmless setters of a device that get a wrong length."""
+_HARMLESS: Final = ("enable_", "_notify")
+"""Parts of the names of setters that change nothing when all their arguments are zero."""
+
+
+def calibration_rows(
+    generation: Generation, robot: Robot | None, did: int
+) -> tuple[list[CommandRow], list[CommandRow]]:
+    """Return the documented reads and harmless setters of a device for which there is a wrong length.
+
+    Args:
+        generation: the protocol of the catalogue.
+        robot: the model, None if it is not known: then all rows of the device are used.
+        did: the device id.
+    """
+    rows = _with_wrong_length(generation, robot.key if robot else "", did)
+    reads = [row for row in rows if row.risk is Risk.READ]
+    setters = [row for row in rows if row.risk is Risk.WRITE and _changes_nothing(row)]
+    return reads, setters[:SETTERS]
+
+
+def has_setters(generation: Generation, robot: Robot | None, did: int) -> bool:
+    """Whether a documented setter of this device may get a wrong length; the arguments are as above."""
+    rows = _with_wrong_length(generation, robot.key if robot else "", did)
+    return any(row.risk is Risk.WRITE for row in rows)
+
+
+@lru_cache(maxsize=1024)
+def _with_wrong_length(generation: Generation, robot: str, did: int) -> tuple[CommandRow, ...]:
+    """Return the rows of a device that do not take the length of a probe; of all robots if none is named."""
+    return tuple(
+        row
+        for row in all_rows(generation)
+        if row.did == did
+        and row.kind is Kind.COMMAND
+        and row.request is not None
+        and not row.request.accepts(WRONG_LENGTH)
+        and (not robot or robot in row.nodes)
+    )
+
+
+def _changes_nothing(row: CommandRow) -> bool:
+    name = row.name.partition(".")[2]
+    return any(part in name for part in _HARMLESS)
