@@ -17,9 +17,11 @@ from sphero_probe.captures.link_layer import crc24_again
 from sphero_probe.captures.packet import CapturedPacket
 from sphero_probe.captures.pcapng_out import PcapngWriter
 from sphero_probe.captures.reader import open_capture
+from sphero_probe.captures.record import LINUX_MONITOR, NORDIC_SNIFFER, Record
 from sphero_probe.captures.redaction.copy import Redaction
 from sphero_probe.captures.redaction.hci import redacted_command, redacted_event
 from sphero_probe.captures.redaction.pseudonyms import Pseudonyms
+from sphero_probe.captures.redaction.records import redacted_record
 from sphero_probe.captures.source import Source
 from sphero_probe.catalogue.payload.fields import Field
 from sphero_probe.errors import BadInputFileError
@@ -391,3 +393,17 @@ def test_no_damage_to_a_code_keeps_a_key(body: bytes) -> None:
         made += [redacted_event(bytes((code, len(body), one)) + body[1:], pseudonyms) for one in first]
     assert all(one is not None for one in made)
     assert not [one for one in made if one and KEY[:10] in one]
+
+
+@pytest.mark.parametrize("opcode", [0, 1, 8, 9, 10])
+def test_a_monitor_record_that_became_another_keeps_no_name(opcode: int) -> None:
+    data = struct.pack(">HH", 0, opcode) + b"\x3e\x29\x02\1\0\1" + bytes(6) + b"\x0c\x0b\x09Zoe's ball\xc0"
+    made = redacted_record(Record(START, LINUX_MONITOR, data, 0, sent=None), Pseudonyms(b"a seed"))
+    assert made is None or b"Zoe's ball" not in made.data
+
+
+def test_a_sniffer_header_of_another_length_is_left_out() -> None:
+    whole = next(packet for packet in radio(TALK, NORDIC_SNIFFER) if len(packet.data) > 30)
+    for length in {*range(256)} - {10}:
+        data = whole.data[:7] + bytes((length,)) + whole.data[8:]
+        assert redacted_record(Record(START, NORDIC_SNIFFER, data, 0, sent=None), Pseudonyms(b"")) is None

@@ -30,7 +30,8 @@ _CONTROL: Final = {
     0x18: 5,
 }
 """Opcode of a control packet that is kept -> its length; parts of keys are in 0x03 and 0x04."""
-_NORDIC_HEAD: Final = 7
+_NORDIC_HEAD, _NORDIC_MORE = 7, 10
+"""Bytes of Nordic's two headers; the second begins with its length."""
 _ONE_BYTE_LENGTH: Final = 1
 """Version of Nordic's protocol whose header has a length of one byte."""
 _RADIO_HEAD: Final = 10
@@ -40,8 +41,8 @@ _LONGEST: Final = 255
 def radio_start(record: Record) -> int:
     """Return where the access address is in a record; its end where there is none."""
     if record.link == NORDIC_SNIFFER:
-        more = record.data[_NORDIC_HEAD] if len(record.data) > _NORDIC_HEAD else len(record.data)
-        return min(len(record.data), _NORDIC_HEAD + more)
+        is_sound = record.data[_NORDIC_HEAD : _NORDIC_HEAD + 1] == bytes((_NORDIC_MORE,))
+        return min(len(record.data), _NORDIC_HEAD + _NORDIC_MORE) if is_sound else len(record.data)
     return _RADIO_HEAD if record.link == LE_LINK_LAYER_RADIO else 0
 
 

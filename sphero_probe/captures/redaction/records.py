@@ -61,7 +61,7 @@ def _monitor(record: Record, pseudonyms: Pseudonyms) -> Record | None:
     elif opcode == _INDEX_INFO:
         made = pseudonyms.reversed_address(data[:6]) + data[6:8]
     elif opcode in {_DEL_INDEX, _OPEN_INDEX, _CLOSE_INDEX}:
-        made = data
+        made = data and None  # it has no data; with some, damage made it of another packet
     else:
         made = _hci(_MONITOR_KINDS.get(opcode, 0), data, pseudonyms)
     return None if made is None else record._replace(data=head + made)
