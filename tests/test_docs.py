@@ -95,3 +95,12 @@ def test_links_from_the_readme_and_contributing_lead_somewhere() -> None:
         links = re.findall(r"\]\((?!https?:)([^)#]+)", (ROOT / page).read_text(encoding="utf-8"))
         assert links
         assert not [link for link in links if not (ROOT / link).exists()]
+
+
+def test_the_changelog_says_each_change_once() -> None:
+    """Where two branches add the same line, a merge may keep both."""
+    for version in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").split("\n## ")[1:]:
+        changes = [line for line in version.splitlines() if line.startswith("- ")]
+        assert len(changes) == len(set(changes)) > 0
+        headings = [line for line in version.splitlines() if line.startswith("#")]
+        assert len(headings) == len(set(headings))
