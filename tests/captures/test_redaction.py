@@ -407,3 +407,12 @@ def test_a_sniffer_header_of_another_length_is_left_out() -> None:
     for length in {*range(256)} - {10}:
         data = whole.data[:7] + bytes((length,)) + whole.data[8:]
         assert redacted_record(Record(START, NORDIC_SNIFFER, data, 0, sent=None), Pseudonyms(b"")) is None
+
+
+def test_a_name_that_answers_a_damaged_request_does_not_stay() -> None:
+    """Its request asks for services where it had asked for the name."""
+    said = [
+        (True, bytes.fromhex("080100ffff0028")),
+        (False, b"\x09" + bytes((len(NAMED) + 2,)) + b"\x03\0" + NAMED),
+    ]
+    assert b"Zoe's ball" not in redacted(writers.btsnoop(writers.hci(with_v1(*said))))

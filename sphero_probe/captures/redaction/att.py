@@ -42,7 +42,8 @@ _BLANKED: Final = frozenset({0x0D, 0x0F, 0x21})
 """Answers to reads of long values and of several values."""
 _PREPARE, _PREPARED, _EXECUTE, _TELL_MANY = 0x16, 0x17, 0x18, 0x23
 _WRITES, _TELLS = frozenset({0x12, 0x52}), frozenset({0x1B, 0x1D})
-_DECLARATIONS: Final = frozenset({0x2800, 0x2801, 0x2802, 0x2803})
+_DECLARATIONS: Final = {0x2800: (4, 18), 0x2801: (4, 18), 0x2802: (6, 8), 0x2803: (7, 21)}
+"""Type of a declaration -> the widths of its rows: a handle, and the value."""
 _DEVICE_NAME: Final = 0x2A00
 _NAME_UUID: Final = "00002a00-0000-1000-8000-00805f9b34fb"
 _CONFIGURATIONS: Final = frozenset({b"\0\0", b"\1\0", b"\2\0"})
@@ -177,8 +178,8 @@ class RobotAtt:
     def _rows(self, asked: int, size: bytes, rows: bytes) -> bytes:
         """Return the rows of an answer to a read by type: a handle and a value each."""
         width = size[0] if size else 0
-        if asked in _DECLARATIONS or width < 2:
-            return rows
+        if width in _DECLARATIONS.get(asked, ()) or width < 2:
+            return rows if width > _SHORT_ROW + 2 else without_text(rows)
         made = b""
         for at in range(0, len(rows), width):
             value = rows[at + 2 : at + width]

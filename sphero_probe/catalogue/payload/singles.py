@@ -40,24 +40,22 @@ def all_shortest(packed: bytes) -> list[float | str]:
         cut = _MOST * _SINGLE.size
         return [*all_shortest(packed[:cut]), *all_shortest(packed[cut:])]
     values, starts = _readers(count)
-    scales = map(_scale_of, starts.unpack(packed))
+    rules = map(_rule_of, starts.unpack(packed))
     return [
-        seven / scale
-        if -half < (seven := (exact := value * scale) + _TO_WHOLE - _TO_WHOLE) - exact < half
-        else _longer(value, scale, half)
-        for value, (scale, half) in zip(values.unpack(packed), scales, strict=True)
+        digits / seven
+        if below_7 < (digits := (exact := value * seven) + _TO_WHOLE - _TO_WHOLE) - exact < half_7
+        else digits / eight
+        if below_8 < (digits := (exact := value * eight) + _TO_WHOLE - _TO_WHOLE) - exact < half_8
+        else _nine_digits(value, eight)
+        for value, (seven, below_7, half_7, eight, below_8, half_8) in zip(
+            values.unpack(packed), rules, strict=True
+        )
     ]
 
 
-def _longer(value: float, scale: float, half: float) -> float | str:
-    """Return the shortest decimal of a number that 7 digits do not tell; the arguments are of ``_Scales``."""
-    if not half:
-        return shortest(value)
-    exact = value * scale * 10
-    eight = exact + _TO_WHOLE - _TO_WHOLE
-    if -half * 10 < eight - exact < half * 10:
-        return eight / (scale * 10)
-    return (exact * 10 + _TO_WHOLE - _TO_WHOLE) / (scale * 100)
+def _nine_digits(value: float, eight: float) -> float | str:
+    """Return the shortest decimal of a number that 8 digits do not tell; ``eight`` is of its ``_Rule``."""
+    return (value * eight * 10 + _TO_WHOLE - _TO_WHOLE) / (eight * 10) if eight else shortest(value)
 
 
 def all_raw(packed: bytes) -> list[float]:
@@ -74,20 +72,22 @@ def _readers(count: int) -> tuple[Struct, Struct]:
     return Struct(f">{count}f"), Struct(">" + count * "Hxx")
 
 
-_BY_TEXT: Final = (0.0, 0.0)
+_Rule = tuple[float, float, float, float, float, float]
+"""How to round numbers that begin with the same 16 bits: to 7 digits, then to 8.
+
+For each, the power of ten that makes a whole number of the first digits, then half of the space between two
+floats times that power, below zero and above. A plain tuple, as others take longer to unpack.
+"""
+_BY_TEXT: Final[_Rule] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""For numbers that need text: zero, subnormal or not finite, if a product is not exact, if numbers that begin
+like this have different powers, or if 6 digits may do although seven do not end in 0."""
 
 
-class _Scales(dict[int, tuple[float, float]]):
-    """The first 16 bits of a number -> how to round it.
+class _Rules(dict[int, _Rule]):
+    """The first 16 bits of a number -> how to round it."""
 
-    The first is the power of ten that makes a whole number of its first 7 digits, the second half of the
-    space between two floats, times that power. ``_BY_TEXT`` stands for numbers that need text: zero,
-    subnormal or not finite, if a product is not exact, if numbers that begin like this have different powers,
-    or if 6 digits may do although seven do not end in 0.
-    """
-
-    def __missing__(self, start: int) -> tuple[float, float]:
-        self[start] = _shared(*_scale(start))
+    def __missing__(self, start: int) -> _Rule:
+        self[start] = _rule(start)
         if not start & 0x7F:  # a power of two: below it is less space than above
             packed = (start << 16).to_bytes(4, "big")
             if all_shortest(packed) != [shortest(_first(start, 0))]:
@@ -95,16 +95,10 @@ class _Scales(dict[int, tuple[float, float]]):
         return self[start]
 
 
-_scale_of: Final = _Scales().__getitem__
+_rule_of: Final = _Rules().__getitem__
 
 
-@lru_cache
-def _shared(scale: float, half: float) -> tuple[float, float]:
-    """Return the same pair for all numbers that are rounded alike: so few stay in the processor's cache."""
-    return scale, half
-
-
-def _scale(start: int) -> tuple[float, float]:
+def _rule(start: int) -> _Rule:
     least, most = abs(_first(start, 0)), abs(_first(start, 0xFFFF))
     if not 0 < least <= most < inf:
         return _BY_TEXT
@@ -113,9 +107,14 @@ def _scale(start: int) -> tuple[float, float]:
     alike = 10.0**power <= least and most < 10.0 ** (power + 1)
     if not (alike and 0 <= behind <= _EXACT - 2):
         return _BY_TEXT
-    scale = 10.0**behind
-    half = (most - least) / 0xFFFF / 2 * scale
-    return (scale, half) if half < 1 / 2 else _BY_TEXT
+    half = (most - least) / 0xFFFF / 2 * 10.0**behind
+    return _shared_rule(10.0**behind, half) if half < 1 / 2 else _BY_TEXT
+
+
+@lru_cache
+def _shared_rule(scale: float, half: float) -> _Rule:
+    """Return the same rule for all numbers that are rounded alike: so few stay in the processor's cache."""
+    return scale, -half, half, scale * 10, -half * 10, half * 10
 
 
 def _first(start: int, end: int) -> float:
