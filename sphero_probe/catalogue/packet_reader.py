@@ -85,7 +85,7 @@ class PacketReader:
         streams = self._streams[generation]
         streams.observe(packet)
         keys, values = packet_keys(packet, generation, raw, self._robot, streams, raw_floats=self._raw_floats)
-        return ReadPacket(packet, raw, keys, values)
+        return _new(ReadPacket, (packet, raw, keys, values))
 
     def _shape(self, generation: Generation, heard: Notification) -> _Shape | None:
         """Return what all such notifications have in common; None unless they hold nothing but numbers."""

@@ -154,22 +154,25 @@ class _Shown:
 
     def all(self, rows: Report, packets: Iterable[_Found]) -> None:
         """Show the packets, each as one row or byte by byte, as many as fit."""
-        for found in packets:
-            if isinstance(found.packet, Malformed):
+        add = rows.add
+        for generation, packet, raw, row in packets:
+            if isinstance(packet, Malformed):
                 self.bad += 1
             else:
                 self.good += 1
-            if self._room is not None:
-                size = len(found.raw)
-                self._room = max(0, self._room - (size * _ROW if self._explain else size + _ROW))
-                if not self._room:
-                    self.left_out += 1
-                    continue
-            if self._explain:
-                for part in dissect(found.packet, found.generation, found.raw, self._robot):
-                    rows.add(byte_row(self.good + self.bad, part))
+            if self._room is not None and not self._has_room(len(raw)):
+                self.left_out += 1
+            elif self._explain:
+                for part in dissect(packet, generation, raw, self._robot):
+                    add(byte_row(self.good + self.bad, part))
             else:
-                rows.add(found.row)
+                add(row)
+
+    def _has_room(self, size: int) -> bool:
+        """Take the room that a packet of this size needs; whether there was as much."""
+        needed = size * _ROW if self._explain else size + _ROW
+        self._room = max(0, (self._room or 0) - needed)
+        return self._room > 0
 
 
 def _say_unclear(text: _Text, *, fatal: bool) -> None:
