@@ -22,6 +22,11 @@ print(code, time.process_time(), peak, file=sys.__stderr__)
 """On Linux, what ``wait4`` and ``getrusage`` tell of a new process's memory includes its parent's."""
 
 
+def environment() -> dict[str, str]:
+    """Return the variables for a process that may keep its bytecode, as an installed tool does."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+
+
 class Spent(NamedTuple):
     """What one command cost.
 
@@ -50,7 +55,7 @@ def spent(*arguments: str) -> Spent:
             stderr=subprocess.PIPE,
             check=False,
             text=True,
-            env=os.environ | {"XDG_STATE_HOME": folder},
+            env=environment() | {"XDG_STATE_HOME": folder},
         )
         seconds = monotonic() - began
     words = ran.stderr.split()[-3:]

@@ -1,6 +1,5 @@
 """Measures how long ``--version`` and every ``--help`` take."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -9,6 +8,7 @@ from pathlib import Path
 from statistics import median
 from typing import Final
 
+from benchmarks.process import environment
 from benchmarks.section import Line, Options, Remark, Section
 from benchmarks.timing import race, ratio
 from sphero_probe.cli.group import COMMANDS
@@ -62,10 +62,9 @@ def _line(what: str, code: str, seconds: dict[str, list[float]], name: str) -> L
 
 
 def _start(command: list[str]) -> None:
-    """Run a process to its end; it may write bytecode, as an installed tool does."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    """Run a process to its end."""
     subprocess.run(  # noqa: S603 - commands of our own
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True, env=environment
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True, env=environment()
     )
 
 
