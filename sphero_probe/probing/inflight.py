@@ -1,7 +1,7 @@
 """Keep several questions to a robot in flight, one task each, and collect how each ended."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, ValuesView
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from sphero_probe.errors import LinkLostError
@@ -56,9 +56,9 @@ class InFlight(Generic[Item, Answer]):
         return len(self._tasks) + len(self._ended)
 
     @property
-    def items(self) -> list[Item]:
-        """The items in flight."""
-        return list(self._tasks.values())
+    def items(self) -> ValuesView[Item]:
+        """The items in flight, as they come and go."""
+        return self._tasks.values()
 
     def start(self, item: Item, ask: Callable[[Callable[[], None]], Coroutine[Any, Any, Answer]]) -> None:
         """Start asking one item; ``ask`` must call its argument each time it sends it."""

@@ -89,10 +89,14 @@ class State:
     @property
     def stream_due(self) -> float | None:
         """When the next streamed packet is sent, None while nothing is streamed."""
+        if not self.streams:  # most of the time
+            return None
         return min((stream.due for stream in self.streams.values() if stream.due is not None), default=None)
 
     def next_sample(self, *, now: float) -> Sample | None:
         """Return the next streamed packet that is due by ``now``, None while there is none."""
+        if not self.streams:
+            return None
         due = self.stream_due
         for stream in self.streams.values():
             if due is not None and stream.due == due and (sample := stream.sample(now=now)):

@@ -61,12 +61,17 @@ def test_items_are_returned_in_order_of_ending() -> None:
         in_flight = in_flight_probes()
         for item, seconds in (("a", 3.0), ("b", 1.0), ("c", 2.0)):
             in_flight.start(item, after(seconds, item.upper()))
-        assert in_flight.items == ["a", "b", "c"]
+        assert [*in_flight.items] == ["a", "b", "c"]
         assert await in_flight.wait_any() == [Ended("b", 0, "B")]
         assert asyncio.get_running_loop().time() == 1.0
-        assert in_flight.items == ["a", "c"]
+        assert [*in_flight.items] == ["a", "c"]
         assert await in_flight.wait_all() == [Ended("c", 0, "C"), Ended("a", 0, "A")]
-        assert (len(in_flight), in_flight.items, await in_flight.wait_any(), await in_flight.wait_all()) == (
+        assert (
+            len(in_flight),
+            [*in_flight.items],
+            await in_flight.wait_any(),
+            await in_flight.wait_all(),
+        ) == (
             0,
             [],
             [],
@@ -83,7 +88,7 @@ def test_items_that_ended_unwatched_are_returned_at_once() -> None:
             in_flight.start(item, after(5.0 - item))
         await asyncio.sleep(3.5)
         assert len(in_flight) == 5
-        assert in_flight.items == [0, 1]
+        assert [*in_flight.items] == [0, 1]
         assert items(await in_flight.wait_any()) == [4, 3, 2]
         assert asyncio.get_running_loop().time() == 3.5
         assert len(in_flight) == 2
@@ -193,7 +198,7 @@ def test_any_other_error_is_raised_on_collecting(way: Way) -> None:
         with pytest.raises(ZeroDivisionError, match="first"):
             await way(in_flight)
         await in_flight.close()
-        assert in_flight.items == []
+        assert [*in_flight.items] == []
 
     run(scenario())
 
@@ -232,7 +237,7 @@ def test_closing_cancels_everything(turns: int) -> None:
             await asyncio.sleep(0)
         await in_flight.close()
         assert cancelled == ["sent"] * (3 if turns else 0)
-        assert (len(in_flight), in_flight.waiting, in_flight.items) == (0, 0, [])
+        assert (len(in_flight), in_flight.waiting, [*in_flight.items]) == (0, 0, [])
         assert await in_flight.wait_any() == await in_flight.wait_all() == []
         await in_flight.close()
         in_flight.start("again", after(1.0))
