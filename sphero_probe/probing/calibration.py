@@ -38,7 +38,12 @@ class Calibration:
     """
 
     def __init__(
-        self, line: Reconnector, target: int | None, loss: LossEstimate, dids: Collection[int] = ()
+        self,
+        line: Reconnector,
+        target: int | None,
+        loss: LossEstimate,
+        dids: Collection[int] = (),
+        turn: asyncio.Lock | None = None,
     ) -> None:
         """Choose the node.
 
@@ -47,11 +52,12 @@ class Calibration:
             target: the node's address byte.
             loss: learns how much the link loses.
             dids: devices that will be probed; reads of these come first.
+            turn: as in ``Questions``.
         """
         self._line = line
         self._target = target
         self._dids = dids
-        self._questions = Questions(line, target, loss, may_be_mute=True)
+        self._questions = Questions(line, target, loss, may_be_mute=True, turn=turn)
         self.impossible: dict[Command, Reply] = {}
         self._absent: Command | None = None
         self._executed: Command | None = None

@@ -1,5 +1,6 @@
 """Keep the calibrations of one run, of nodes and of devices, each made once, also over dropped links."""
 
+import asyncio
 from collections.abc import Callable, Collection, Coroutine, Iterable
 from typing import Any
 
@@ -32,6 +33,7 @@ class Calibrations:
         self.claimed: set[tuple[int | None, int, int]] = set()
         self._line = line
         self._loss = loss
+        self._turn = asyncio.Lock()
         self._nodes: dict[int | None, Calibration] = {}
         self._devices: dict[tuple[int | None, int], DeviceCalibration] = {}
 
@@ -51,7 +53,7 @@ class Calibrations:
         Raises:
             LinkLostError: the link was lost.
         """
-        node = self._nodes[target] = Calibration(self._line, target, self._loss, dids)
+        node = self._nodes[target] = Calibration(self._line, target, self._loss, dids, self._turn)
         measured = [self._calibration(key) for key in devices]
 
         async def ask_impossible() -> None:
@@ -122,4 +124,4 @@ class Calibrations:
         self.profiles[target] = self._nodes[target].profile()
 
     def _calibration(self, key: tuple[int | None, int]) -> DeviceCalibration:
-        return self._devices.setdefault(key, DeviceCalibration(self._line, self._loss, *key))
+        return self._devices.setdefault(key, DeviceCalibration(self._line, self._loss, *key, self._turn))

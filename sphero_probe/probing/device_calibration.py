@@ -38,12 +38,20 @@ class DeviceCalibration:
         has_reads: every read was asked.
     """
 
-    def __init__(self, line: Reconnector, loss: LossEstimate, target: int | None, did: int) -> None:
+    def __init__(
+        self,
+        line: Reconnector,
+        loss: LossEstimate,
+        target: int | None,
+        did: int,
+        turn: asyncio.Lock | None = None,
+    ) -> None:
+        """Choose the device; ``turn`` is as in ``Questions``."""
         self.has_reads = False
         self._line = line
         self._target = target
         self._did = did
-        self._questions = Questions(line, target, loss, _TRIES)
+        self._questions = Questions(line, target, loss, _TRIES, turn=turn)
         self._impossible: dict[int, Answer | None] = {}
         self._executed: Command | None = None
         self._asked = self._rejected = 0

@@ -54,6 +54,7 @@ class Questions:
         attempts: int = MAX_ATTEMPTS,
         *,
         may_be_mute: bool = False,
+        turn: asyncio.Lock | None = None,
     ) -> None:
         """Choose the node and how it is asked.
 
@@ -63,6 +64,7 @@ class Questions:
             loss: learns how much the link loses.
             attempts: how often a silent question is asked.
             may_be_mute: whether to find out if it answers anything at all.
+            turn: of all who ask on this line, so that an echo comes between two silent questions.
         """
         self.steps: list[Step] = []
         self.is_mute = False
@@ -74,7 +76,7 @@ class Questions:
         self._loss = loss
         self._echoes = True
         self._silent: defaultdict[Command, list[Silent]] = defaultdict(list)
-        self._turn = asyncio.Lock()
+        self._turn = turn or asyncio.Lock()
 
     async def ask(self, command: Command, wanted: str) -> Reply:
         """Ask one question.

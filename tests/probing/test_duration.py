@@ -38,6 +38,12 @@ def test_a_small_queue_makes_calibration_wait_but_not_for_long() -> None:
     assert round(swept.calling / (2 * 0.015), 6) <= 11
 
 
+def test_silent_devices_do_not_slow_the_calibration_of_the_others() -> None:
+    """Five of these devices are silent; an echo after each makes the timeout short again."""
+    swept = sweep_of(Cell(0.015, 6, silent=0.05, queue=8, loss=0.0), range(64), 0)
+    assert round(swept.calling / (2 * 0.015), 6) <= 75
+
+
 @pytest.mark.unmeasured
 @pytest.mark.parametrize(
     ("queue", "service", "most"),
