@@ -9,11 +9,10 @@ import asyncio
 from collections.abc import Awaitable, Callable, Collection
 from typing import Final
 
-from sphero_probe.catalogue import all_rows, commands_of
-from sphero_probe.catalogue.model import CommandRow, Kind
-from sphero_probe.catalogue.risk import Risk
+from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.probing.calibration_rows import reads_to_try
 from sphero_probe.probing.profiles import ACCEPTED, GONE, NodeProfile, Strictness
 from sphero_probe.probing.questions import Questions, Reply
 from sphero_probe.probing.retries import LossEstimate
@@ -22,7 +21,6 @@ from sphero_probe.protocol.packets import Command, Verdict
 from sphero_probe.session.reconnect import Reconnector
 
 _READS_WANTED: Final = 3
-_READS_TRIED: Final = 8
 _READ_ATTEMPTS: Final = 2
 """How often a silent read is sent before the next read replaces it."""
 _OTHER_LENGTHS: Final = (40, 0)
@@ -82,7 +80,8 @@ class Calibration:
         if checks.is_lenient(self._target):
             self._conclude(Strictness.LENIENT, "a command accepted a wrong length earlier in this run")
             return False
-        candidates = self._candidates()
+        codec, robot = self._line.link.codec, self._line.link.policy.robot
+        candidates = reads_to_try(codec.generation, robot, self._dids)
         first_tried = [Command(row.did, IMPOSSIBLE_CIDS[0]) for row in candidates[:1]]
         (reads, replies, verdicts), (command, last), (device, first) = await asyncio.gather(
             self._ask_reads(candidates, meanwhile),
@@ -156,16 +155,6 @@ class Calibration:
         commands = [Command(row.did, row.cid, bytes([code])) for code in codes]
         await self._questions.ask_all(commands, *map(self._line.link.codec.code_name, codes))
 
-    def _candidates(self) -> list[CommandRow]:
-        """Return the documented reads to try, in order."""
-        robot = self._line.link.policy.robot
-        rows = commands_of(robot) if robot else all_rows(self._line.link.codec.generation)
-        return [
-            row
-            for row in sorted(rows, key=self._order)
-            if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
-        ][:_READS_TRIED]
-
     async def _ask_reads(
         self, candidates: list[CommandRow], meanwhile: Callable[[], Awaitable[object]]
     ) -> tuple[list[CommandRow], list[Reply], set[Verdict | None]]:
@@ -219,10 +208,6 @@ class Calibration:
             verdicts |= {reply.verdict for reply in replies}
             found += [row for row, reply in zip(some, replies, strict=True) if reply.verdict is Verdict.OK]
         return found, verdicts
-
-    def _order(self, row: CommandRow) -> tuple[bool, bool]:
-        """Sort key: reads of the devices to be probed first, then reads whose answer has a fixed length."""
-        return row.did not in self._dids, not row.response or not row.response.fixed_length
 
     async def ask_setter(self) -> None:
         """Send the LED setter without its arguments to a trusted node; if it accepts that, it is lenient.

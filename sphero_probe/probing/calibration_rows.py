@@ -1,14 +1,17 @@
-"""Choose the documented commands of a device that may get a wrong length, to see whether it is rejected."""
+"""Choose the documented commands that may get a wrong length, to see whether it is rejected."""
 
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Final
 
-from sphero_probe.catalogue import all_rows
+from sphero_probe.catalogue import all_rows, commands_of
 from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.link.wrong_lengths import WRONG_LENGTH
 from sphero_probe.protocol.packets import Generation
 
+_READS_TRIED: Final = 8
+"""The most reads that are tried on a node."""
 SETTERS: Final = 2
 """The most harmless setters of a device that get a wrong length."""
 _HARMLESS: Final = ("enable_", "_notify")
@@ -29,6 +32,27 @@ def calibration_rows(
     reads = [row for row in rows if row.risk is Risk.READ]
     setters = [row for row in rows if row.risk is Risk.WRITE and _changes_nothing(row)]
     return reads, setters[:SETTERS]
+
+
+def reads_to_try(generation: Generation, robot: Robot | None, dids: Collection[int]) -> list[CommandRow]:
+    """Return the documented reads without arguments to try on a node, in order.
+
+    Those of the devices to be probed come first, and of these the reads whose answer has a fixed length.
+
+    Args:
+        generation: the protocol of the catalogue.
+        robot: the model, None if it is not known: then all rows are used.
+        dids: the devices to be probed.
+    """
+
+    def order(row: CommandRow) -> tuple[bool, bool]:
+        return row.did not in dids, not row.response or not row.response.fixed_length
+
+    return [
+        row
+        for row in sorted(commands_of(robot) if robot else all_rows(generation), key=order)
+        if row.kind is Kind.COMMAND and row.risk is Risk.READ and row.request and not row.request.text
+    ][:_READS_TRIED]
 
 
 def has_setters(generation: Generation, robot: Robot | None, did: int) -> bool:
