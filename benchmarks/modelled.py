@@ -12,7 +12,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.exchange import Answered, Blocked
 from sphero_probe.link.link import Link
 from sphero_probe.link.policy import Consent, Policy
-from sphero_probe.link.wrong_lengths import WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import WRONG_PAYLOAD
 from sphero_probe.probing.engine import Engine
 from sphero_probe.probing.finding import Finding, Heading, Outcome
 from sphero_probe.probing.plan import Plan, sweep
@@ -195,7 +195,7 @@ def strategy_of_spherov2(cell: Cell, seed: int) -> float:
         transport = FakeTransport(robot)
         async with Link(transport, codec, policy, timeout=_PEER_PATIENCE, window=1) as link:
             for cid in range(256):
-                await link.ask(Command(*ONE_DEVICE, cid, bytes(WRONG_LENGTH), _NODE), alone=True)
+                await link.ask(Command(*ONE_DEVICE, cid, WRONG_PAYLOAD, _NODE), alone=True)
                 await asyncio.sleep(_PEER_PAUSE)
             took.append(loop.time())
         transport.close()

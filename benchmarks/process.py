@@ -41,11 +41,15 @@ class Spent(NamedTuple):
     mebibytes: float | None
 
 
-def spent(*arguments: str) -> Spent:
+def spent(*arguments: str, code: int = 0) -> Spent:
     """Run ``sphero-probe`` with these arguments and an empty folder of runs.
 
+    Args:
+        *arguments: of the command line.
+        code: its exit code.
+
     Raises:
-        RuntimeError: it did not end with exit code 0.
+        RuntimeError: it ended with another exit code.
     """
     with tempfile.TemporaryDirectory() as folder:
         began = monotonic()
@@ -59,6 +63,6 @@ def spent(*arguments: str) -> Spent:
         )
         seconds = monotonic() - began
     words = ran.stderr.split()[-3:]
-    if ran.returncode or not words or words[0] != "0":
+    if ran.returncode or not words or words[0] != str(code):
         raise RuntimeError(f"{arguments[0]} failed: {ran.stderr[-200:]}")
     return Spent(seconds, float(words[1]), int(words[2]) / _KIBI or None)

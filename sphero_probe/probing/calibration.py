@@ -11,7 +11,7 @@ from typing import Final
 
 from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.well_known import WellKnown, row_for
-from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_PAYLOAD
 from sphero_probe.probing.calibration_rows import reads_to_try
 from sphero_probe.probing.profiles import ACCEPTED, GONE, NodeProfile, Strictness
 from sphero_probe.probing.questions import Questions, Reply
@@ -162,7 +162,7 @@ class Calibration:
         reads, verdicts = await self._reads_that_answer(candidates)
         if not reads:
             return [], [], verdicts
-        surplus = [Command(row.did, row.cid, bytes(WRONG_LENGTH), self._target) for row in reads]
+        surplus = [Command(row.did, row.cid, WRONG_PAYLOAD, self._target) for row in reads]
         replies, _ = await asyncio.gather(
             self._questions.ask_all(surplus, "bad data length"), self._after_absent(meanwhile)
         )
@@ -272,7 +272,7 @@ class Calibration:
         """
         reply = Reply(None)
         for candidate in candidates:
-            probe = candidate._replace(payload=bytes(WRONG_LENGTH))
+            probe = candidate._replace(payload=WRONG_PAYLOAD)
             (reply,) = await self._questions.ask_all([probe], wanted[0].value, attempts=attempts)
             self._keep(probe, reply)
             if reply.verdict in wanted:

@@ -14,7 +14,7 @@ from typing import Final
 from sphero_probe.catalogue.model import CommandRow
 from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
-from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, WRONG_LENGTH, WRONG_PAYLOAD
 from sphero_probe.probing.calibration_rows import calibration_rows
 from sphero_probe.probing.profiles import ACCEPTED, GONE, Answer, DeviceProfile
 from sphero_probe.probing.questions import Questions, Reply
@@ -118,7 +118,7 @@ class DeviceCalibration:
                 return
             if self._is_done(row):
                 continue
-            probe = Command(self._did, row.cid, bytes(WRONG_LENGTH), self._target)
+            probe = Command(self._did, row.cid, WRONG_PAYLOAD, self._target)
             reply = await self._questions.ask(probe, "bad data length")
             self._learn(probe, reply)
             self._done.add(row.cid)
@@ -175,9 +175,7 @@ class DeviceCalibration:
             if self._wrong is None or (self._wrong.verdict is None and not self._wrong.blocked):
                 await self._ask_one_impossible(command, known)
         if self._wrong and self._wrong.verdict in ACCEPTED:
-            other = await self._questions.ask(
-                third._replace(payload=bytes(WRONG_LENGTH)), Verdict.NO_COMMAND.value
-            )
+            other = await self._questions.ask(third._replace(payload=WRONG_PAYLOAD), Verdict.NO_COMMAND.value)
             self._judge_yes(first, other)
 
     async def _ask_one_impossible(self, command: Command, known: Mapping[Command, Reply]) -> None:
@@ -185,7 +183,7 @@ class DeviceCalibration:
 
         The echo that is sent along keeps the loss of long answers apart from a full queue.
         """
-        probe = command._replace(payload=bytes(WRONG_LENGTH))
+        probe = command._replace(payload=WRONG_PAYLOAD)
         if probe in known:
             self._learn_impossible(command, known[probe])
             return
@@ -217,7 +215,7 @@ class DeviceCalibration:
         if other.verdict in ACCEPTED:
             checks.mark_uninformative(self._target, self._did)
         else:
-            self._executed = command._replace(payload=bytes(WRONG_LENGTH))
+            self._executed = command._replace(payload=WRONG_PAYLOAD)
             self._impossible[WRONG_LENGTH] = other.answer
             checks.distrust(self._target)
 
@@ -225,7 +223,7 @@ class DeviceCalibration:
         """Send a read with surplus bytes, unless that was done, here or when its node was measured."""
         if self._is_done(row):
             return
-        probe = Command(self._did, row.cid, bytes(WRONG_LENGTH), self._target)
+        probe = Command(self._did, row.cid, WRONG_PAYLOAD, self._target)
         if row.cid in self._line.link.policy.length_checks.rejections(self._target, self._did):
             self._asked += 1
             self._rejected += 1

@@ -11,7 +11,7 @@ from sphero_probe.catalogue.well_known import WellKnown, row_for
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.exchange import Answered, Blocked, Exchange, Silent
 from sphero_probe.link.pacing import MAX_ATTEMPTS
-from sphero_probe.link.wrong_lengths import WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import WRONG_PAYLOAD
 from sphero_probe.probing.prober import Prober
 from sphero_probe.probing.profiles import GONE
 from sphero_probe.protocol.address import Address
@@ -82,7 +82,7 @@ class HealthCheck:
         echo = row_for(self._prober.link.codec.generation, WellKnown.ECHO)
         profile = self._prober.profiles.get(target)
         echoes = [Command(echo.did, echo.cid, b"", target)] if echo else []
-        absent = [profile.absent._replace(payload=bytes(WRONG_LENGTH))] if profile and profile.absent else []
+        absent = [profile.absent._replace(payload=WRONG_PAYLOAD)] if profile and profile.absent else []
         return [one for one in echoes if self._prober.link.policy.why_blocked(one) is None], absent
 
     async def _passes(self, question: Command, attempts: int, *, together: bool = False) -> bool:

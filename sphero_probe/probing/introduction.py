@@ -9,7 +9,7 @@ from sphero_probe.errors import NoAnswerError
 from sphero_probe.link.concurrent import ask_together
 from sphero_probe.link.events import ExchangeEnded
 from sphero_probe.link.exchange import Answered, LateResponse, Silent, Unsolicited
-from sphero_probe.link.wrong_lengths import IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_DIDS, WRONG_PAYLOAD
 from sphero_probe.protocol.address import Address
 from sphero_probe.protocol.codec import Codec
 from sphero_probe.protocol.packets import Command, Notification
@@ -80,7 +80,7 @@ async def introduce(
             raise NoAnswerError(f"first answer: {text}", hint)
     if firmware or line.link.matched:
         return firmware  # it answers, only later than the user's timeout
-    impossible = Command(IMPOSSIBLE_DIDS[0], 0, bytes(WRONG_LENGTH), target)
+    impossible = Command(IMPOSSIBLE_DIDS[0], 0, WRONG_PAYLOAD, target)
     error = await line.link.ask(impossible, alone=True)
     if isinstance(error, Answered):
         frame = _shown(error.received)

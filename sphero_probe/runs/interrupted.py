@@ -97,7 +97,8 @@ class _SettledFindings(Mapping[int, Finding]):
             entry = decode(parse(self._file.readline(MAX_LINE + 1)), self._opening)
         except BadLineError as error:
             raise BadInputFileError(f"{self._path}: the finding {number} was changed: {error}") from error
-        assert isinstance(entry, Finding)
+        if not isinstance(entry, Finding) or entry.number != number:
+            raise BadInputFileError(f"{self._path}: the finding {number} was changed: it is something else")
         return entry
 
 

@@ -103,10 +103,18 @@ def test_a_node_that_executed_a_wrong_length_is_lenient(
         assert run.earlier.lenient == lenient
 
 
-def test_a_file_that_is_changed_meanwhile_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(b"{}\n", id="no entry"),
+        pytest.param(encode_intent(1, command(1), Risk.PROBE), id="no finding"),
+        pytest.param(finding(2, Risk.PROBE, Outcome.ABSENT, silent=False), id="another finding"),
+    ],
+)
+def test_a_file_that_is_changed_meanwhile_is_named(tmp_path: Path, line: bytes) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(OPENING + finding(1, Risk.PROBE, Outcome.ABSENT, silent=False))
     with closing(InterruptedRun(path.open("rb", buffering=0), path)) as run:
-        path.write_bytes(OPENING + b"{}\n")
+        path.write_bytes(OPENING + line)
         with pytest.raises(BadInputFileError, match=r"run\.jsonl: the finding 1 was changed"):
             run.earlier.findings[1]

@@ -30,8 +30,8 @@ _KEPT: Final = {
 _LISTS: Final = {0x05: {1: 4, 2: 18}, 0x11: {6: 6, 20: 20}}
 """Opcode of a list of UUIDs -> its first byte -> the width of a row."""
 _HANDLES: Final = 0x07
-_SHORT_ROW: Final = 6
-"""Bytes of the longest row with a UUID of two bytes."""
+_SHORT_ROW: Final = 8
+"""Bytes of the longest row without a UUID of 16 bytes."""
 _TYPES: Final = frozenset({0x08, 0x10})
 _LONG_REQUEST: Final = 21
 """Bytes of a request for attributes of a type of 16 bytes."""
@@ -179,7 +179,7 @@ class RobotAtt:
         """Return the rows of an answer to a read by type: a handle and a value each."""
         width = size[0] if size else 0
         if width in _DECLARATIONS.get(asked, ()) or width < 2:
-            return rows if width > _SHORT_ROW + 2 else without_text(rows)
+            return rows if width > _SHORT_ROW else without_text(rows)
         made = b""
         for at in range(0, len(rows), width):
             value = rows[at + 2 : at + width]

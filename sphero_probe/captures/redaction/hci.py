@@ -1,7 +1,8 @@
 """HCI commands and events without what identifies: addresses and names replaced, keys and the rest blanked.
 
 From the Bluetooth Core Specification, volume 4, part E, section 7. A command or event that is not listed here
-keeps its code and its length, and its parameters become zeros.
+keeps its code and its length, and its parameters become zeros. The sizes agree with those of BlueZ's monitor
+(``monitor/packet.c``), where it has one size.
 """
 
 from typing import Final, NamedTuple

@@ -12,7 +12,7 @@ from sphero_probe.catalogue.model import CommandRow, Kind, Robot
 from sphero_probe.catalogue.provenance import SIGHTINGS
 from sphero_probe.catalogue.risk import Risk
 from sphero_probe.catalogue.well_known import WellKnown, row_for
-from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH
+from sphero_probe.link.wrong_lengths import IMPOSSIBLE_CIDS, IMPOSSIBLE_DIDS, WRONG_LENGTH, WRONG_PAYLOAD
 from sphero_probe.probing.evidence import ECHO_SIZES, WINDOWS, Topic
 from sphero_probe.probing.plan import Plan, Probe
 from sphero_probe.protocol import CODECS
@@ -92,7 +92,7 @@ def _order(generation: Generation, robot: Robot | None, target: int | None) -> I
 def _payloads(row: CommandRow) -> list[bytes]:
     """Return an empty payload, the right one, and a wrong length, each once."""
     right = row.sample if row.sample is not None else row.request.zeros() if row.request else b""
-    return list(dict.fromkeys((b"", right, bytes(WRONG_LENGTH))))
+    return list(dict.fromkeys((b"", right, WRONG_PAYLOAD)))
 
 
 def absent_rows(generation: Generation, robot: Robot | None) -> list[tuple[CommandRow, int | None]]:
